@@ -2,7 +2,6 @@
 #include "engine/hits/report.h"
 
 #include "engine/exact/touching_links.h"
-#include "engine/step/timed.h"
 
 #include <algorithm>
 #include <tuple>

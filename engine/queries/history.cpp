@@ -270,6 +270,9 @@ void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batc
     history.first = static_cast<std::uint32_t>((history.first + 1) % history.ring.size);
 }
 
+// A history without moments yet. Throws std::bad_alloc.
+StoredHistoryPtr make_history(const Allocator& allocator) { return StoredHistoryPtr(new StoredHistory(allocator)); }
+
 }  // namespace
 
 const float* orientation_of(const HistoryTick& tick, std::uint32_t instance) {
@@ -306,7 +309,7 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     if (batch.kind != BatchKind::kCharacters || is_static(batch) || batch.articulation->lod.posed)
       return Status::kBadBatchKind;
     if (desc.ticks == 0 || desc.ticks > kMaxTicks) return Status::kBadTicks;
-    StoredHistoryPtr made(new StoredHistory(engine.allocator));
+    StoredHistoryPtr made = make_history(engine.allocator);
     made->batch.value = id_of(slot, engine, engine.batches);
     make_ring(batch, desc.ticks, *made);
     const std::size_t links =

@@ -162,7 +162,7 @@ Status add_static_batch(Engine& engine, const StaticDesc& desc, BatchId* out, st
     if (!out) return Status::kBadOutput;
     const kernel::FloatMode mode;
     auto slot = std::make_unique<StoredBatch>(engine.allocator);
-    slot->statics.reset(new StaticBodies(engine.allocator));
+    slot->statics = make_static_bodies(engine.allocator);
     StaticBodies& bodies = *slot->statics;
     if (const Status status = build_static_bodies(desc, *engine.kernels, &bodies, bad_element); status != Status::kOk)
       return status;

@@ -144,6 +144,8 @@ std::size_t place_all(const StaticDesc& desc, const LeafList& list, const kernel
 
 }  // namespace
 
+StaticBodiesPtr make_static_bodies(const Allocator& allocator) { return StaticBodiesPtr(new StaticBodies(allocator)); }
+
 void StaticBodiesDelete::operator()(StaticBodies* bodies) const { delete bodies; }
 
 const BatchInput& StaticBodies::complete(const BatchInput& given, bool by_bounds) {

@@ -45,6 +45,9 @@ struct StaticBodies {
   bool has_layers_ = false;                       // whether these may be others than all bits, or a body has moved
 };
 
+// No bodies yet. Throws std::bad_alloc.
+StaticBodiesPtr make_static_bodies(const Allocator& allocator);
+
 // Checks desc and builds *out from it. On an error *bad_element (if not null) receives the index of the body at fault.
 // Throws std::bad_alloc.
 Status build_static_bodies(const StaticDesc& desc, const kernel::KernelTable& kernels, StaticBodies* out,

@@ -40,7 +40,7 @@ struct CrowdBatch {
   Span<std::uint32_t> offset;
   Span<std::uint32_t> bare;
   Span<std::uint16_t> bare_link;
-  Span<std::uint64_t> leaf_name;  // by leaf, as hits have it (engine/hits/hit_store.h)
+  Span<std::uint64_t> leaf_name;  // by leaf: cab::leaf_name
   RigidShape shape;
   float size = 0;  // the largest S + |c|_1 of a leaf, with the margin
   float margin = -1;

@@ -5,10 +5,15 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
 #include <string>
+#include <tuple>
+#include <vector>
 
 namespace {
 
@@ -50,6 +55,7 @@ constexpr Double3 kOrigin = {}, kX = {{1, 0, 0}}, kY = {{0, 1, 0}}, kZ = {{0, 0,
 // A chain of links, each rotated about its own axis by a multiple of the parameter.
 std::vector<Link> chain(int count, float half_length, float half_width) {
   std::vector<Link> links;
+  links.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     links.push_back({i - 1,
                      (i > 0 ? 2.0 * static_cast<double>(half_length) : 0.0) * kX,

@@ -86,6 +86,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Writes for each link of a level the index of the leaf that stands for it, or kNoLeaf if the link has no leaves in the
 // level's articulation. `leaf_of_link` must have room for all links. Hits of a level name its leaves: Hit::leaf_a is
 // the leaf, and Hit::link_a the link that carries its box, or for a node the lowest link below it.
+// Cost: a copy; allocates nothing.
 // Statuses: kUnknownArticulation, kBadLod (the articulation is no level), kBadOutput.
 // Thread: any, but not while an articulation or batch is added or removed.
 [[nodiscard]] CAB_API Status lod_leaves(const Engine& engine, ArticulationId level,
@@ -145,7 +146,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // their own means.
 // Statuses: kBusy, the input statuses, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt,
 // kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow,
-// kOutOfMemory (TBB had no memory for its tasks).
+// kOutOfMemory (TBB had no memory for its tasks, or the hits needed more than there is).
 // Thread: any, one call per engine at a time. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
@@ -183,7 +184,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Ends the frame: fills in `job` and releases the engine. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
 // Cost: little.
-// Statuses: kNoFrame, kTasksLeft, kHitsOverflow.
+// Statuses: kNoFrame, kTasksLeft, kHitsOverflow, kOutOfMemory (the hits needed more memory than there is).
 // Thread: any, after all tasks have returned.
 [[nodiscard]] CAB_API Status end_frame(Engine& engine) noexcept;
 
@@ -194,8 +195,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified and `needed` is
 // right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
-// Statuses: those of run_frame, without kBadPoses and kHitsOverflow; kBadBounds (also without bounds), kBadOutput
-// (pairs has a size and no data), kPairsOverflow.
+// Statuses: those of run_frame, without kBadPoses, kMovedAtRest and kHitsOverflow; kBadBounds (also without bounds),
+// kBadOutput (pairs has a size and no data), kPairsOverflow.
 // Thread: any, one call per engine at a time.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
@@ -363,7 +364,7 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // Writes the counts of an articulation to *out, which must not be null.
 // Cost: constant time; allocates nothing.
 // Statuses: kUnknownArticulation, kBadOutput (out is null).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 [[nodiscard]] CAB_API Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept;
 
 // Writes what a batch is to *out, which must not be null. Also tells whether an id names a batch.
@@ -376,14 +377,14 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // leaf_count - 1 steps, and `steps` must have room for them.
 // Cost: a copy; allocates nothing.
 // Statuses: kUnknownArticulation, kBadOutput (steps is too small).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 [[nodiscard]] CAB_API Status merge_steps(const Engine& engine, ArticulationId id, Span<MergeStep> steps) noexcept;
 
 // Writes which links of an articulation are never reported against each other within an instance, and why: each pair
 // once, sorted by a, then b. `pairs` must have room for ArticulationInfo::ignored_pair_count entries.
 // Cost: a copy; allocates nothing.
 // Statuses: kUnknownArticulation, kBadOutput (pairs is too small).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 [[nodiscard]] CAB_API Status ignored_pairs(const Engine& engine, ArticulationId id, Span<IgnoredPair> pairs) noexcept;
 
 // Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the

@@ -1523,6 +1523,7 @@ CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_
 // Writes for each link of a level the index of the leaf that stands for it, or CAB_NO_LEAF if the link has no leaves in
 // the level's articulation. `leaf_of_link` must have room for all links. Hits of a level name its leaves:
 // cab_Hit.leaf_a is the leaf, and cab_Hit.link_a the link that carries its box, or for a node the lowest link below it.
+// Cost: a copy; allocates nothing.
 // Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD (the articulation is no level), CAB_STATUS_BAD_OUTPUT.
 // Thread: any, but not while an articulation or batch is added or removed.
 CAB_API cab_Status cab_lod_leaves(const cab_Engine* engine, cab_ArticulationId level, cab_Uint16Span leaf_of_link);
@@ -1582,8 +1583,9 @@ CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationI
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_MOVED_AT_REST, CAB_STATUS_BAD_PAIR_RULE,
 // CAB_STATUS_PAIR_RULE_GIVEN_TWICE, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT,
 // CAB_STATUS_BAD_MARGIN, CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT,
-// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks,
+// or the hits needed more than there is). Thread: any, one call per engine at a time. It returns when all tasks have
+// ended.
 CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -1620,8 +1622,8 @@ CAB_API cab_Status cab_run_task(cab_Engine* engine, uint32_t task, uint32_t work
 // Ends the frame: fills in `job` and releases the engine. If tasks are left, the frame is given up: `hits`, `contacts`,
 // flags and in_contact are unspecified, and the engine is ready for another frame.
 // Cost: little.
-// Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW.
-// Thread: any, after all tasks have returned.
+// Statuses: CAB_STATUS_NO_FRAME, CAB_STATUS_TASKS_LEFT, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (the hits
+// needed more memory than there is). Thread: any, after all tasks have returned.
 CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 
 // Finds the instances that cab_run_frame would have to test against each other, from cab_BatchInput.bounds alone: no
@@ -1631,9 +1633,9 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
 // unspecified and `needed` is right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
-// Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES and CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS
-// (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no data), CAB_STATUS_PAIRS_OVERFLOW.
-// Thread: any, one call per engine at a time.
+// Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES, CAB_STATUS_MOVED_AT_REST and
+// CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no
+// data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, one call per engine at a time.
 CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* job, cab_CandidateList* out);
 
 // Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
@@ -1802,7 +1804,7 @@ CAB_API cab_Status cab_spatial_order(cab_Engine* engine, cab_BatchId batch, cab_
 // Writes the counts of an articulation to *out, which must not be null.
 // Cost: constant time; allocates nothing.
 // Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (out is null).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 CAB_API cab_Status cab_articulation_info(const cab_Engine* engine, cab_ArticulationId id, cab_ArticulationInfo* out);
 
 // Writes what a batch is to *out, which must not be null. Also tells whether an id names a batch.
@@ -1815,14 +1817,14 @@ CAB_API cab_Status cab_batch_info(const cab_Engine* engine, cab_BatchId id, cab_
 // leaf_count - 1 steps, and `steps` must have room for them.
 // Cost: a copy; allocates nothing.
 // Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (steps is too small).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 CAB_API cab_Status cab_merge_steps(const cab_Engine* engine, cab_ArticulationId id, cab_MergeStepSpan steps);
 
 // Writes which links of an articulation are never reported against each other within an instance, and why: each pair
 // once, sorted by a, then b. `pairs` must have room for cab_ArticulationInfo.ignored_pair_count entries.
 // Cost: a copy; allocates nothing.
 // Statuses: CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_OUTPUT (pairs is too small).
-// Thread: any, while no call adds to this engine.
+// Thread: any, while no call adds to or removes from this engine.
 CAB_API cab_Status cab_ignored_pairs(const cab_Engine* engine, cab_ArticulationId id, cab_IgnoredPairSpan pairs);
 
 // Writes how many bytes the engine holds for what to *out, which must not be null. The engine object itself, and the

@@ -95,7 +95,7 @@ class Motion {
   Motion& operator=(const Motion&) = delete;
   ~Motion();
 
-  // Reads a file, instead of what was read before. Returns whether it could; if not, error() says why: one line
+  // Reads a file, and replaces what was read before. Returns whether it could; if not, error() says why: one line
   // with the file, the line or element, and the reason. The object is empty then.
   [[nodiscard]] bool load(const char* path, const MotionOptions& options) noexcept;
   const char* error() const noexcept;

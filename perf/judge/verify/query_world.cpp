@@ -14,8 +14,8 @@ namespace {
 constexpr unsigned kMostLinks = 12;
 constexpr std::uint32_t kMostInstances = 12;
 
-// How many queries the engine answers in one go: there are several goes.
-constexpr std::uint32_t kQueriesPerGo = 48;
+// How many queries the engine answers in one chunk: there are several chunks.
+constexpr std::uint32_t kQueriesPerChunk = 48;
 
 }  // namespace
 
@@ -61,7 +61,7 @@ oracle::EnginePtr query_engine(const QueryWorld& made, Isa isa) {
   desc.isa = isa;
   oracle::EnginePtr engine = oracle::make_engine_for(made.world, desc);
   ReserveDesc room;
-  room.queries = kQueriesPerGo;
+  room.queries = kQueriesPerChunk;
   oracle::require(reserve(*engine, room));
   return engine;
 }

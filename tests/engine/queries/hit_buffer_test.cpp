@@ -1,4 +1,4 @@
-// Where the hits of one query chunk, against all of them sorted.
+// The hits that a query keeps, against all of them sorted.
 #include "engine/queries/hit_buffer.h"
 
 #include "perf/judge/oracle/random.h"
@@ -41,15 +41,15 @@ bool is_same(const QueryHit& a, const QueryHit& b) { return !precedes(a, b) && !
 
 }  // namespace
 
-TEST_CASE("hit room: the first hits are kept, as many as are wanted, whatever order they come in") {
+TEST_CASE("hit buffer: the first hits are kept, as many as are wanted, whatever order they come in") {
   oracle::Random random(71);
   for (std::uint64_t round = rounds(3000); round > 0; --round) {
     const std::uint32_t count = random.index(40);
     const std::vector<QueryHit> hits = any_hits(random, count);
     const std::uint32_t wanted = random.chance(0.2) ? ~0u : random.index(12), places = random.index(45);
-    std::vector<QueryHit> room(places + 1);
-    room[places].query = 77;  // behind the room
-    HitBuffer kept({room.data(), places}, wanted);
+    std::vector<QueryHit> storage(places + 1);
+    storage[places].query = 77;  // after the buffer
+    HitBuffer kept({storage.data(), places}, wanted);
     std::vector<QueryHit> sorted;
     for (const QueryHit& hit : hits) {
       CHECK(kept.has_all_wanted() == (sorted.size() >= wanted));
@@ -65,14 +65,14 @@ TEST_CASE("hit room: the first hits are kept, as many as are wanted, whatever or
     CAPTURE(places);
     CHECK(kept.count() == std::min<std::size_t>(count, wanted));
     CHECK(kept.is_complete() == (kept.count() <= places));
-    CHECK(room[places].query == 77);
+    CHECK(storage[places].query == 77);
     if (!kept.is_complete()) continue;
     kept.sort();
-    for (std::size_t i = 0; i < kept.count(); ++i) CHECK(is_same(room[i], sorted[i]));
+    for (std::size_t i = 0; i < kept.count(); ++i) CHECK(is_same(storage[i], sorted[i]));
   }
 }
 
-TEST_CASE("hit room: hits are in the order of distance, batch, instance and link") {
+TEST_CASE("hit buffer: hits are in the order of distance, batch, instance and link") {
   const auto hit = [](float distance, std::uint32_t batch, std::uint32_t instance, std::uint16_t link) {
     QueryHit out = {};
     out.distance = distance;
@@ -87,7 +87,7 @@ TEST_CASE("hit room: hits are in the order of distance, batch, instance and link
     for (std::size_t b = 0; b < std::size(in_order); ++b) CHECK(precedes(in_order[a], in_order[b]) == (a < b));
 }
 
-TEST_CASE("hit room: without room, or with nothing wanted, hits are counted and none is stored") {
+TEST_CASE("hit buffer: without storage, or with nothing wanted, hits are counted and none is stored") {
   HitBuffer none({nullptr, 0}, 5);
   HitBuffer nothing({nullptr, 0}, 0);
   for (int i = 0; i < 7; ++i) {
