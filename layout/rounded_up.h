@@ -1,5 +1,7 @@
-// Rounding from double to float that never makes a length too small.
+// Rounding from double to float that never makes a length or bounds too small.
 #pragma once
+
+#include "layout/error_bounds.h"
 
 #include <cmath>
 #include <limits>
@@ -12,5 +14,9 @@ inline float rounded_up(double value) {
   return static_cast<double>(rounded) < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
                                               : rounded;
 }
+
+// Floats just outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step 4.5).
+inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
+inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
 
 }  // namespace cab

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "engine/exact/convex_pair.h"
-#include "layout/instance_batch.h"
+#include "engine/step/instance_batch.h"
 
 namespace cab {
 

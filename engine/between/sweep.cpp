@@ -130,22 +130,23 @@ struct Sweep {
 
 Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input, Span<float> margins) noexcept
     try {
-  Call call(engine);
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (const Status status = bind_inputs(engine, call, {&last, 1}); status != Status::kOk) return status;
-  InstanceBatch& batch = engine.batch(last.batch);
+  InstanceBatch& batch = call.batch(last.batch);
   const InstanceBatch before = batch;
   call.unbind();
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-  if (&engine.batch(input.batch) != &batch || batch.kind != BatchKind::kCharacters || is_static(batch))
+  if (&call.batch(input.batch) != &batch || batch.kind != BatchKind::kCharacters || is_static(batch))
     return Status::kBadBatchKind;
   if (margins.size < batch.instance_count || (margins.size && !margins.data)) return Status::kBadOutput;
   const Sweep sweep = {*engine.kernels, before, batch, margins};
   const std::uint32_t tiles = tile_count(active_count(batch));
-  engine.pool.tasks->alone = tiles <= kTilesAlone;
-  engine.pool.tasks->for_each(
-      tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, engine.pool[worker].pose); });
+  WorkerPool& pool = *call.reader().pool;
+  pool.tasks->alone = tiles <= kTilesAlone;
+  pool.tasks->for_each(tiles,
+                       [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, pool[worker].pose); });
   return Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }
 

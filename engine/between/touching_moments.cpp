@@ -100,7 +100,7 @@ float first_moment(const FrameContext& frame, const LastBatches& last, const Hit
 // Binds the inputs of the earlier frame, copies the batches and lets go of them.
 Status bind_last(Engine& engine, Call& call, Span<const BatchInput> inputs, LastBatches& out) {
   const Status status = bind_inputs(engine, call, inputs);
-  for (const auto& slot : engine.batches) out.push_back(slot->batch);
+  for (const auto& slot : call.batches()) out.push_back(slot->batch);
   call.unbind();
   return status;
 }
@@ -109,27 +109,26 @@ Status bind_last(Engine& engine, Call& call, Span<const BatchInput> inputs, Last
 
 Status find_touching_moments(Engine& engine, Span<const BatchInput> last, Span<const BatchInput> inputs,
                              std::uint32_t steps, Span<const Hit> pairs, Span<float> moments) noexcept try {
-  Call call(engine);
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   LastBatches before;
   if (const Status status = bind_last(engine, call, last, before); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
   if (steps == 0 || steps > kMaxSteps) return Status::kBadSteps;
-  if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
+  if (const Status status = validate_pairs(engine, call, pairs); status != Status::kOk) return status;
   const auto is_known = [&before](BatchSlot slot) { return before[slot.value - 1].input != nullptr; };
   for (const Hit& pair : pairs)
     if (!is_known(pair.batch_a) || !is_known(pair.batch_b)) return Status::kBadPairs;
   if (moments.size < pairs.size || (pairs.size && !moments.data)) return Status::kBadOutput;
-  const FrameContext frame = context_of(engine, {}, 0, Report::kHits);
-  engine.pool.tasks->alone = pairs.size <= kPairsPerTask;
-  engine.pool.tasks->for_each(static_cast<std::uint32_t>((pairs.size + kPairsPerTask - 1) / kPairsPerTask),
-                              [&](std::uint32_t task, std::uint32_t) {
-                                const std::size_t begin = task * kPairsPerTask,
-                                                  end = std::min(begin + kPairsPerTask, pairs.size);
-                                for (std::size_t i = begin; i < end; ++i)
-                                  moments[i] = first_moment(frame, before, pairs[i], steps);
-                              });
+  const FrameContext frame = call.context({}, 0);
+  TaskRunner& tasks = *call.reader().pool->tasks;
+  tasks.alone = pairs.size <= kPairsPerTask;
+  tasks.for_each(static_cast<std::uint32_t>((pairs.size + kPairsPerTask - 1) / kPairsPerTask),
+                 [&](std::uint32_t task, std::uint32_t) {
+                   const std::size_t begin = task * kPairsPerTask, end = std::min(begin + kPairsPerTask, pairs.size);
+                   for (std::size_t i = begin; i < end; ++i) moments[i] = first_moment(frame, before, pairs[i], steps);
+                 });
   return Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }
 

@@ -76,18 +76,18 @@ void write_edges(const Box& box, const double (&at)[3], BoxLine line, BoxLine* o
     }
 }
 
-Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
+Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
   const auto is_finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(job.origin, job.origin + 3, is_finite)) return Status::kBadOrigins;
   if (job.hits.size && !job.hits.data) return Status::kBadPairs;
   if (job.lines.size && !job.lines.data) return Status::kBadOutput;
-  InstanceBatch& batch = engine.batch(input.batch);
+  InstanceBatch& batch = call.batch(input.batch);
   batch.margins = {};
   const Articulation& articulation = *batch.articulation;
   const std::vector<std::uint64_t> hits = links_in(job.hits, slot_of(input.batch));
   const NodeBits shown = shown_at(articulation, job.level);
-  const FrameContext frame = context_of(engine, job.policies, 0, Report::kHits);
-  Worker& worker = engine.pool[0];
+  const FrameContext frame = call.context(job.policies, 0);
+  Worker& worker = (*call.reader().pool)[0];
   PoseScratch& posing = worker.pose;
   std::size_t needed = 0;
   for (std::uint32_t tile = 0; tile < tile_count(active_count(batch)); ++tile) {
@@ -123,12 +123,12 @@ Status write_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) {
 
 Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept {
   return guarded([&] {
-    Call call(engine);
+    Call call(engine, Access::kReads);
     if (!call.admitted()) return Status::kBusy;
     const kernel::FloatMode mode;
     if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;
     if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-    return write_lines(engine, input, job);
+    return write_lines(call, input, job);
   });
 }
 

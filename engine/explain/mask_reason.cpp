@@ -148,16 +148,16 @@ MaskReason mask_reason(const InstanceBatch& batch, std::uint32_t instance) {
   return MaskSearch(batch, instance).reason();
 }
 
-Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance, MaskReason* out) noexcept {
-  Call call(engine);
+Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance, MaskReason* out) noexcept try {
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-  const InstanceBatch& batch = engine.batch(input.batch);
+  const InstanceBatch& batch = call.batch(input.batch);
   if (!is_active(batch, instance)) return Status::kBadInstance;
   if (!out) return Status::kBadOutput;
   *out = mask_reason(batch, instance);
   return Status::kOk;
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

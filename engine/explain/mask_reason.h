@@ -1,7 +1,7 @@
 // Why an instance is masked.
 #pragma once
 
-#include "layout/instance_batch.h"
+#include "engine/step/instance_batch.h"
 
 namespace cab {
 

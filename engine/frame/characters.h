@@ -1,7 +1,7 @@
 // The steps of a frame for characters.
 //
 // Every instance is bounded once. What is kept of it are the six sides of its bounds, and where its leaves are rigid
-// boxes that are paired by their bounds, the compact words of these (StoredBatch::crowd.by_words). Strips sorted by the
+// boxes that are paired by their bounds, the compact words of these (InstanceBatch::by_words). Strips sorted by the
 // sides find the candidates. Those of two instances with words are tested by words, and the poses of the leaves that
 // are left are read again inside the box test (engine/frame/crowd_tester.h). All others are posed once more and tested
 // as their strategies say (engine/frame/posed_tester.h).

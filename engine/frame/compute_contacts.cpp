@@ -34,7 +34,7 @@ void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> 
 Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth, Span<const Hit> pairs,
                         Span<Contact> contacts) noexcept {
   return guarded([&] {
-    Call call(engine);
+    Call call(engine, Access::kReads);
     if (!call.admitted()) return Status::kBusy;
     const kernel::FloatMode mode;
     Policies policies;
@@ -42,10 +42,11 @@ Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth dep
     policies.depth = depth;
     if (const Status status = validate_policies(policies); status != Status::kOk) return status;
     if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
-    if (const Status status = validate_pairs(engine, pairs); status != Status::kOk) return status;
+    if (const Status status = validate_pairs(engine, call, pairs); status != Status::kOk) return status;
     if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
-    engine.pool.tasks->alone = pairs.size <= kContactsPerTask;
-    measure_pairs(context_of(engine, policies, kMaxCoordinate, Report::kHits), engine.pool, pairs, contacts.data);
+    WorkerPool& pool = *call.reader().pool;
+    pool.tasks->alone = pairs.size <= kContactsPerTask;
+    measure_pairs(call.context(policies, kMaxCoordinate), pool, pairs, contacts.data);
     return Status::kOk;
   });
 }

@@ -1,5 +1,4 @@
 // The order of a batch's characters in which neighbours are near each other.
-#include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/z_order.h"
 #include "engine/session/call.h"
 #include "kernels/float_mode.h"
@@ -59,11 +58,11 @@ struct Keyed {
 }  // namespace
 
 Status spatial_order(Engine& engine, BatchId id, Span<std::uint32_t> order) noexcept try {
-  Call call(engine);
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (!has_batch(engine, id)) return Status::kUnknownBatch;
-  store_crowd_bounds(engine.crowd, *engine.batches[slot_of(id).value - 1]);
+  call.store_last_bounds(slot_of(id).value - 1);
   const InstanceBatch& batch = engine.batch(id);
   if (order.size < batch.instance_count || !order.data) return Status::kBadOutput;
   std::vector<Keyed> keyed(batch.instance_count);

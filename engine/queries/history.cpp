@@ -312,20 +312,23 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     StoredHistoryPtr made = make_history(engine.allocator);
     made->batch.value = id_of(slot, engine, engine.batches);
     make_ring(batch, desc.ticks, *made);
-    const std::size_t links =
-        std::max<std::size_t>(batch.articulation->link_count, engine.past ? engine.past->links : 0);
-    const std::size_t leaves =
-        std::max<std::size_t>(batch.articulation->leaf_count, engine.past ? engine.past->leaves : 0);
+    const HistoryMemory* const past = engine.readers[0]->past.get();
+    const std::size_t links = std::max<std::size_t>(batch.articulation->link_count, past ? past->links : 0);
+    const std::size_t leaves = std::max<std::size_t>(batch.articulation->leaf_count, past ? past->leaves : 0);
     HistoryMemoryPtr memory;
-    if (!engine.past || engine.past->links < links || engine.past->leaves < leaves)
+    if (!past || past->links < links || past->leaves < leaves)
       memory = make_history_memory(links, leaves, engine.pool.workers.size(), engine.allocator);
     const std::size_t index = free_slot(engine.allocator, engine.histories);
     if (index == kMaxHistories) {
       engine.histories.pop_back();
       return Status::kTooManyInstances;
     }
-    (memory ? memory : engine.past)->asked.reserve(engine.histories.size());
-    if (memory) engine.past = std::move(memory);
+    if (memory) {
+      memory->asked.reserve(engine.histories.size());
+      engine.readers[0]->past = std::move(memory);
+      engine.readers.resize(1);
+    }
+    for (const auto& reader : engine.readers) reader->past->asked.reserve(engine.histories.size());
     fill_slot(std::move(made), engine.histories[index]);
     out->value = id_of(index, engine, engine.histories);
     return Status::kOk;
@@ -375,7 +378,9 @@ Status history_span(const Engine& engine, HistoryId id, HistorySpan* out) noexce
 void StoredHistoryDelete::operator()(StoredHistory* history) const { delete history; }
 
 std::size_t history_bytes(const Engine& engine) {
-  std::size_t out = engine.past ? bytes_of(*engine.past) : 0;
+  std::size_t out = 0;
+  for (const auto& reader : engine.readers)
+    if (reader->past) out += bytes_of(*reader->past);
   for (const auto& slot : engine.histories) out += slot->arena.bytes();
   return out;
 }

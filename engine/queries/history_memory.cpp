@@ -31,6 +31,12 @@ HistoryMemoryPtr make_history_memory(std::size_t links, std::size_t leaves, std:
   return memory;
 }
 
+HistoryMemoryPtr make_history_memory(const HistoryMemory& like, std::size_t histories, const Allocator& allocator) {
+  HistoryMemoryPtr memory = make_history_memory(like.links, like.leaves, 1, allocator);
+  memory->asked.reserve(histories);
+  return memory;
+}
+
 void HistoryMemoryDelete::operator()(HistoryMemory* memory) const { delete memory; }
 
 std::size_t bytes_of(const HistoryMemory& memory) {

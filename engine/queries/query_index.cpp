@@ -234,7 +234,7 @@ void lay_out_index(StoredBatches batches, QueryIndex& index) {
   for (std::size_t slot = 0; slot < batches.size; ++slot) {
     const InstanceBatch& batch = batches[slot]->batch;
     index.batch_begin[slot] = begin;
-    if (batches[slot]->in_use() && batch.kind == BatchKind::kCharacters) begin += batch.capacity;
+    if (batch.input) begin += batch.capacity;
   }
 }
 

@@ -53,9 +53,12 @@ QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, 
 void QueryMemoryDelete::operator()(QueryMemory* memory) const { delete memory; }
 
 std::size_t query_bytes(const Engine& engine) {
-  if (!engine.queries) return 0;
-  std::size_t out = engine.queries->arena.bytes();
-  for (const auto& worker : engine.queries->workers) out += worker->arena.bytes();
+  std::size_t out = 0;
+  for (const auto& reader : engine.readers) {
+    if (!reader->queries) continue;
+    out += reader->queries->arena.bytes();
+    for (const auto& worker : reader->queries->workers) out += worker->arena.bytes();
+  }
   return out;
 }
 

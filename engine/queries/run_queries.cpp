@@ -1,5 +1,4 @@
 // run_queries: the index of all instances, then the queries in chunks of as many as there is memory for.
-#include "engine/broad_phase/crowd_batch.h"
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/broad_phase/z_order.h"
 #include "engine/queries/interleaved.h"
@@ -39,27 +38,29 @@ constexpr std::size_t kQueriesUnsorted = 64;
 // --------------------------------------------------------------------------------------------------------- checks
 
 // Checks the histories, and lists them in HistoryMemory::asked.
-Status bind_histories(Engine& engine, Span<const HistoryId> histories) {
-  if (engine.past) engine.past->asked.clear();
+Status bind_histories(const Engine& engine, Call& call, Span<const HistoryId> histories) {
+  HistoryMemory* const past = call.reader().past.get();
+  if (past) past->asked.clear();
   if (histories.size && !histories.data) return Status::kUnknownHistory;
   for (const HistoryId id : histories) {
     const std::size_t index = index_of(id.value, engine, engine.histories);
     if (index == engine.histories.size()) return Status::kUnknownHistory;
     const StoredHistory& history = *engine.histories[index];
     if (!has_batch(engine, history.batch)) return Status::kUnknownBatch;
-    std::vector<const StoredHistory*>& asked = engine.past->asked;
+    std::vector<const StoredHistory*>& asked = past->asked;
     if (std::any_of(asked.begin(), asked.end(),
                     [&history](const StoredHistory* other) { return other->batch.value == history.batch.value; }))
       return Status::kHistoryGivenTwice;
+    if (!call.batch(history.batch).input) call.copy_stored(slot_of(history.batch).value - 1);
     asked.push_back(&history);
   }
   return Status::kOk;
 }
 
-Status validate(Engine& engine, QueryJob& job) {
+Status validate(const Engine& engine, Call& call, QueryJob& job) {
   const auto any_input = [&](auto&& is) {
     return std::any_of(job.inputs.begin(), job.inputs.end(),
-                       [&](const BatchInput& input) { return is(engine.batch(input.batch)); });
+                       [&](const BatchInput& input) { return is(call.batch(input.batch)); });
   };
   if (any_input([](const InstanceBatch& batch) { return batch.kind != BatchKind::kCharacters; }))
     return Status::kBadBatchKind;
@@ -72,7 +73,7 @@ Status validate(Engine& engine, QueryJob& job) {
     job.bad_query = bad.index;
     return bad.status;
   }
-  if (const Status status = bind_histories(engine, job.histories); status != Status::kOk) return status;
+  if (const Status status = bind_histories(engine, call, job.histories); status != Status::kOk) return status;
   if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
   if (!job.found.empty() && (!job.found.data || job.found.size != job.queries.size)) return Status::kBadOutput;
   return Status::kOk;
@@ -116,20 +117,21 @@ void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t til
 }
 
 // Whether the index that is there is that of the job.
-bool has_index(const Engine& engine, const QueryJob& job) {
-  const QueryIndex& index = engine.queries->index;
+bool has_index(const Engine& engine, const Call& call, const QueryJob& job) {
+  const QueryIndex& index = call.reader().queries->index;
   if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) return false;
   if (!index.is_sorted && job.queries.size > kQueriesUnsorted) return false;
-  for (std::uint32_t slot = 0; slot < engine.batches.size(); ++slot) {
-    const InstanceBatch& batch = engine.batches[slot]->batch;
+  for (std::uint32_t slot = 0; slot < call.batches().size; ++slot) {
+    const InstanceBatch& batch = call.batches()[slot]->batch;
     if (index.given[slot] != (batch.input ? active_count(batch) : 0)) return false;
     if (batch.input && !has_frame_bounds(engine, batch)) return false;
   }
   return true;
 }
 
-void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) {
-  QueryMemory& memory = *engine.queries;
+void make_index(const Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job) {
+  QueryMemory& memory = *call.reader().queries;
+  WorkerPool& pool = *call.reader().pool;
   QueryIndex& index = memory.index;
   QueryStats& stats = memory.workers[0]->stats;
   index.of_frame = 0;  // until it is made: a call that fails leaves no index
@@ -141,21 +143,20 @@ void make_index(Engine& engine, const FrameContext& frame, const QueryJob& job) 
       index.given[slot] = batch.input ? active_count(batch) : 0;
       if (!batch.input) continue;
       if (job.reuse_bounds && has_frame_bounds(engine, batch)) {
-        store_crowd_bounds(engine.crowd, *engine.batches[slot]);
+        call.store_last_bounds(slot);
         take_frame_bounds(batch, slot, index);
         continue;
       }
       const std::uint32_t tiles = tile_count(active_count(batch));
-      engine.pool.tasks->for_each((tiles + kTilesPerTask - 1) / kTilesPerTask,
-                                  [&](std::uint32_t task, std::uint32_t w) {
-                                    const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
-                                    for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
-                                      bound_tile(frame, slot, tile, engine.pool[w].pose, *memory.workers[w], index);
-                                  });
+      pool.tasks->for_each((tiles + kTilesPerTask - 1) / kTilesPerTask, [&](std::uint32_t task, std::uint32_t w) {
+        const std::uint32_t end = std::min(tiles, (task + 1) * kTilesPerTask);
+        for (std::uint32_t tile = task * kTilesPerTask; tile < end; ++tile)
+          bound_tile(frame, slot, tile, pool[w].pose, *memory.workers[w], index);
+      });
     }
   }
   const Timed timed(stats.seconds_index);
-  build_index(frame.batches, job.queries.size > kQueriesUnsorted, engine.pool, index);
+  build_index(frame.batches, job.queries.size > kQueriesUnsorted, pool, index);
   index.of_frame = job.reuse_bounds ? engine.bounds_of_frame : 0;
 }
 
@@ -342,17 +343,17 @@ void run_chunk(const Chunk& chunk, QueryJob& job) {
 
 // Answers all queries of a job, as many in a chunk as are likely to have so few hits that these stay in cache until
 // they are written, and that workers have room for.
-void run_chunks(const FrameContext& frame, Engine& engine, bool asks_static, QueryJob& job) {
+void run_chunks(const FrameContext& frame, Reader& reader, bool asks_static, QueryJob& job) {
   constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
-  QueryMemory& memory = *engine.queries;
-  const HistoryMemory* const past = job.histories.empty() ? nullptr : engine.past.get();
+  QueryMemory& memory = *reader.queries;
+  const HistoryMemory* const past = job.histories.empty() ? nullptr : reader.past.get();
   const std::size_t least = std::min<std::size_t>(memory.queries, kQueriesInAnyOrder);
   const std::size_t most_hits = std::min(kHitsInCache, std::size_t{memory.workers[0]->hits.capacity} / 2);
   std::size_t most = std::min(memory.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
     const std::size_t before = job.hits_needed;
-    run_chunk({frame, job, memory, engine.pool, past, asks_static, first, count}, job);
+    run_chunk({frame, job, memory, *reader.pool, past, asks_static, first, count}, job);
     const std::size_t hits = std::max<std::size_t>(job.hits_needed - before, 1);
     most = std::clamp(count * most_hits / hits, least, std::min(2 * most, memory.queries));
     first += count;
@@ -376,18 +377,19 @@ void add_stats(QueryStats& sum, const QueryStats& of) {
 
 Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   const Clock::time_point start = Clock::now();
-  Call call(engine);
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   const Profiled profiled(engine.profiler, "queries", 0);
-  if (!engine.queries) return Status::kNoQueryMemory;
+  Reader& reader = call.reader();
+  if (!reader.queries) return Status::kNoQueryMemory;
   if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
-  if (const Status status = validate(engine, job); status != Status::kOk) return status;
-  QueryMemory& memory = *engine.queries;
+  if (const Status status = validate(engine, call, job); status != Status::kOk) return status;
+  QueryMemory& memory = *reader.queries;
   std::size_t given = 0;
   bool asks_static = false;
   for (const BatchInput& input : job.inputs) {
-    InstanceBatch& batch = engine.batch(input.batch);
+    InstanceBatch& batch = call.batch(input.batch);
     asks_static = asks_static || is_static(batch);
     batch.margins = {};
     given += active_count(batch);
@@ -396,13 +398,13 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
     worker->stats = {};
     forget_clusters(worker->posed);
   }
-  engine.pool.tasks->alone = given <= kInstancesAlone && job.queries.size <= kQueriesAlone;
+  reader.pool->tasks->alone = given <= kInstancesAlone && job.queries.size <= kQueriesAlone;
   Policies policies;
   policies.exact = job.exact;
-  const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
-  if (!has_index(engine, job)) make_index(engine, frame, job);
+  const FrameContext frame = call.context(policies, 0);
+  if (!has_index(engine, call, job)) make_index(engine, call, frame, job);
   job.hits_needed = 0;
-  run_chunks(frame, engine, asks_static, job);
+  run_chunks(frame, reader, asks_static, job);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   job.hit_count = status == Status::kOk ? job.hits_needed : 0;
   job.stats = {};

@@ -1,39 +1,74 @@
-// A call in progress: locks and unlocks the engine, binds and unbinds its batches.
+// A call in progress: holds the engine and lets go of it, binds and unbinds its batches.
 #include "engine/session/call.h"
 
+#include "engine/broad_phase/crowd_batch.h"
+#include "engine/session/memory.h"
 #include "engine/session/static_bodies.h"
 #include "kernels/pose_leaves.h"
 
 namespace cab {
 
-Call::Call(Engine& engine) : engine_(engine), admitted_(!engine.busy.test_and_set(std::memory_order_acquire)) {}
+Call::Call(Engine& engine, Access access) : engine_(engine) {
+  Holders& holders = engine.holders;
+  const std::lock_guard lock(holders.mutex);
+  if (holders.is_changing || (access == Access::kChanges && holders.reading > 0)) return;
+  if (access == Access::kChanges) {
+    holders.is_changing = true;
+  } else {
+    reader_ = &free_reader(engine);
+    reader_->in_use = true;
+    ++holders.reading;
+  }
+  admitted_ = true;
+}
 
 Call::~Call() {
   if (!admitted_) return;
   unbind();
-  engine_.busy.clear(std::memory_order_release);
+  Holders& holders = engine_.holders;
+  const std::lock_guard lock(holders.mutex);
+  if (reader_) {
+    reader_->in_use = false;
+    --holders.reading;
+  } else {
+    holders.is_changing = false;
+  }
 }
 
 void Call::unbind() {
-  for (const auto& slot : engine_.batches) {
-    slot->batch.input = nullptr;
-    slot->batch.margins = {};
+  for (const auto& slot : batches()) {
+    static_cast<BoundInput&>(slot->batch) = {};
     slot->batch.instance_count = slot->batch.capacity;
-    slot->batch.pairs_between = slot->batch.pairs_within = false;
-    slot->batch.skips_within = slot->batch.may_rest = false;
   }
 }
 
 void Call::bind(const BatchInput& given, bool by_bounds) {
-  InstanceBatch& batch = engine_.batch(given.batch);
-  StaticBodies* const statics = engine_.batches[slot_of(given.batch).value - 1]->statics.get();
-  const BatchInput& input = statics ? statics->complete(given, by_bounds) : given;
+  const std::size_t index = slot_of(given.batch).value - 1;
+  const StoredBatch& stored = *engine_.batches[index];
+  StoredBatch& bound = *batches()[index];
+  if (reader_) copy_stored(index);
+  if (stored.statics) bound.completed = stored.statics->complete(given, by_bounds);
+  InstanceBatch& batch = bound.batch;
+  const BatchInput& input = stored.statics ? bound.completed : given;
   batch.input = &input;
   batch.active = batch.articulation;
   batch.margins = input.margins;
   batch.instance_count = input.count == kAllInstances ? batch.capacity : input.count;
   batch.link_stride = link_bytes(input.poses);
   batch.instance_stride = instance_bytes(input.poses, batch.articulation->link_count);
+}
+
+void Call::copy_stored(std::size_t index) {
+  const StoredBatch& stored = *engine_.batches[index];
+  StoredBatch& copy = *reader_->batches[index];
+  copy.batch = stored.batch;
+  copy.fcl_shapes = stored.fcl_shapes;
+  copy.convex_shapes = stored.convex_shapes;
+}
+
+void Call::store_last_bounds(std::size_t index) {
+  const std::lock_guard lock(engine_.bounds_mutex);
+  store_crowd_bounds(engine_.crowd, *engine_.batches[index]);
 }
 
 Status status_of_exception() noexcept {

@@ -8,28 +8,54 @@
 
 namespace cab {
 
-// Locks the engine for the duration of one call. The destructor unlocks it and clears the bindings, so that no pointer
-// to the caller's memory outlives the call.
+enum class Access {
+  kChanges,  // of the engine: the only call that runs
+  kReads,    // beside other calls that read
+};
+
+// Holds the engine for the duration of one call. The destructor lets go of it and clears the bindings, so that no
+// pointer to the caller's memory outlives the call.
 class Call {
  public:
-  explicit Call(Engine& engine);
+  // Throws std::bad_alloc for a read beside others, for which there may be no reader yet.
+  explicit Call(Engine& engine, Access access = Access::kChanges);
   ~Call();
-  Call(Call&& other) noexcept : engine_(other.engine_), admitted_(std::exchange(other.admitted_, false)) {}
+  Call(Call&& other) noexcept
+      : engine_(other.engine_), reader_(other.reader_), admitted_(std::exchange(other.admitted_, false)) {}
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
-  // False if another call on the engine is running; then the engine must not be used.
+  // False if another call holds the engine; then the engine must not be used.
   bool admitted() const { return admitted_; }
+
+  // Of a call that reads.
+  Reader& reader() const { return *reader_; }
+
+  // The batches that the call binds, and no others of a call that reads: those are empty, or what they were.
+  StoredBatches batches() const { return reader_ ? StoredBatches(reader_->batches) : engine_.stored_batches(); }
+  InstanceBatch& batch(BatchId id) const { return batches()[slot_of(id).value - 1]->batch; }
+
+  // Returns what the steps of a read read. They do not read the strategy.
+  FrameContext context(const Policies& policies, float margin) const {
+    return {*engine_.kernels, batches(), engine_.paired, policies, margin, Report::kHits};
+  }
 
   // Binds a batch to its input, which must be valid, and computes the strides that the input leaves at 0. by_bounds:
   // whether the call reads bounds instead of poses.
   void bind(const BatchInput& input, bool by_bounds = false);
+
+  // Copies a batch for a read that does not bind it, but looks at what is stored of it.
+  void copy_stored(std::size_t index);
+
+  // Stores the bounds of a batch as the last frame had them, if the crowd has them still (store_crowd_bounds).
+  void store_last_bounds(std::size_t index);
 
   // Lets go of all bindings, as the end of the call does.
   void unbind();
 
  private:
   Engine& engine_;
-  bool admitted_;
+  Reader* reader_ = nullptr;
+  bool admitted_ = false;
 };
 
 // What a call answers for an exception. Called where it was caught.

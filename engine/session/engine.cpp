@@ -94,6 +94,8 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
     engine->pool.tasks = desc.scheduler                         ? make_caller_task_runner(*desc.scheduler)
                          : desc.thread_count == 1 || !has_tbb() ? make_serial_task_runner()
                                                                 : make_tbb_task_runner(desc.thread_count);
+    engine->readers.push_back(std::make_unique<Reader>());
+    engine->readers[0]->pool = &engine->pool;
     engine->frame = make_frame_in_progress(engine->pool.tasks->worker_count());
     for (std::uint32_t w = 0; w < engine->pool.tasks->worker_count(); ++w)
       engine->pool.workers.push_back(make_worker(engine->allocator));
@@ -218,19 +220,19 @@ Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
   return Status::kOk;
 }
 
-Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept {
-  Call call(engine);
+Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept try {
+  Call call(engine, Access::kReads);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
-  InstanceBatch& batch = engine.batch(input.batch);
+  InstanceBatch& batch = call.batch(input.batch);
   batch.margins = {};
   const std::size_t nodes = batch.articulation->node_count;
   if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
-  Worker& worker = engine.pool[0];
+  Worker& worker = (*call.reader().pool)[0];
   PoseScratch& posing = worker.pose;
-  const FrameContext frame = context_of(engine, policies, 0, Report::kHits);
+  const FrameContext frame = call.context(policies, 0);
   for (std::uint32_t tile = 0; tile < tile_count(active_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
@@ -244,7 +246,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
     }
   }
   return Status::kOk;
-}
+} catch (const std::exception&) { return status_of_exception(); }
 
 Status articulation_info(const Engine& engine, ArticulationId id, ArticulationInfo* out) noexcept {
   const Articulation* articulation = find_articulation(engine, id);

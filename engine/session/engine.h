@@ -14,6 +14,7 @@
 
 #include <atomic>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 namespace cab {
@@ -91,9 +92,30 @@ struct HistoryMemoryDelete {
 };
 using HistoryMemoryPtr = std::unique_ptr<HistoryMemory, HistoryMemoryDelete>;
 
+// The same memory as `like` for one worker, with room for `histories` of them. Throws std::bad_alloc.
+HistoryMemoryPtr make_history_memory(const HistoryMemory& like, std::size_t histories, const Allocator& allocator);
+
 // How many bytes they take.
 std::size_t query_bytes(const Engine& engine);
 std::size_t history_bytes(const Engine& engine);
+
+// What a call works with that reads the engine: several such calls may run beside each other, each with a reader.
+struct Reader {
+  bool in_use = false;
+  WorkerPool* pool = nullptr;  // that of the engine for the first reader, else own_pool
+  WorkerPool own_pool;         // one worker, which has what reads need
+  std::vector<std::unique_ptr<StoredBatch>>
+      batches;             // by slot - 1: copies of those that the call binds, without arenas
+  QueryMemoryPtr queries;  // null until reserve asks for it
+  HistoryMemoryPtr past;   // null until there is a history
+};
+
+// Which calls hold an engine.
+struct Holders {
+  std::mutex mutex;          // held for as long as a call begins or ends
+  bool is_changing = false;  // a call that changes the engine: it is the only one
+  std::uint32_t reading = 0;
+};
 
 // The state behind the public API (cab/cab.h).
 struct Engine {
@@ -111,14 +133,14 @@ struct Engine {
   RestState rest;
   std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
   std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
-  QueryMemoryPtr queries;                       // null until reserve asks for it
   std::vector<StoredHistoryPtr> histories;      // by slot - 1
-  HistoryMemoryPtr past;                        // null until there is a history
   MemoryNeeds sized;                            // what the memory suffices for
   std::unique_ptr<Arena>
       shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store
-  std::atomic_flag busy = ATOMIC_FLAG_INIT;  // set while a Call holds the engine
-  FrameInProgressPtr frame;                  // holds a Call itself, so it is destroyed first
+  std::vector<std::unique_ptr<Reader>> readers;  // at least one, and one for each read that ran beside others
+  std::mutex bounds_mutex;  // held by a read that stores the last frame's bounds (store_crowd_bounds)
+  mutable Holders holders;
+  FrameInProgressPtr frame;  // holds a Call itself, so it is destroyed first
 
   StoredBatches stored_batches() const { return batches; }
   InstanceBatch& batch(BatchId id) { return batches[slot_of(id).value - 1]->batch; }
@@ -145,8 +167,7 @@ inline bool has_batch(const Engine& engine, BatchId id) {
   return index_of(id.value, engine, engine.batches) < engine.batches.size();
 }
 
-// Returns what the steps of a frame read. run_frame passes resolved policies. compute_boxes passes those of the caller,
-// since its steps do not read the strategy.
+// Returns what the steps of a frame read. run_frame passes resolved policies.
 inline FrameContext context_of(const Engine& engine, const Policies& policies, float margin, Report report) {
   return {*engine.kernels, engine.stored_batches(), engine.paired, policies, margin, report};
 }

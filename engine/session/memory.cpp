@@ -109,7 +109,8 @@ void size_posed_set(PairScratch& pairs, Arena& arena, const MemoryNeeds& needs) 
   pairs.link_pairs = make_list<LeafPair>(arena, pairs.found.capacity);
 }
 
-void size_worker(Worker& worker, const MemoryNeeds& needs) {
+// Sizes what reads need.
+void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
   Arena& arena = worker.arena;
   PoseScratch& pose = worker.pose;
   pose.boxes = arena.allocate<BoxTile>(needs.nodes);
@@ -117,6 +118,12 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   pose.joints = arena.allocate<PointTile>(needs.joints);
   pose.motions = arena.allocate<MotionTile>(needs.joints);
   pose.last_motions = arena.allocate<MotionTile>(needs.joints);
+  worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
+}
+
+void size_worker(Worker& worker, const MemoryNeeds& needs) {
+  size_for_reads(worker, needs);
+  Arena& arena = worker.arena;
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);
@@ -127,7 +134,6 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   pairs.found = make_list<LeafPair>(arena, found + kLanes);
   pairs.candidates = make_list<Candidate>(arena, kChunkCandidates);
   pairs.waiting = make_list<RowPair>(arena, needs.large ? kWaitingCandidates : 0);
-  worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
   worker.hits.hits = make_list<Hit>(arena, kTaskHits);
   if (needs.character_instances == 0) return;
   size_posed_set(pairs, arena, needs);
@@ -145,7 +151,13 @@ void place_sequences(Engine& engine) {
   }
 }
 
-// Makes new workers and shared arrays for the given needs, then replaces the old ones.
+// Makes places for copies of all batches, so that calls that read need none.
+void size_reader(const Engine& engine, Reader& reader) {
+  while (reader.batches.size() < engine.batches.size())
+    reader.batches.push_back(std::make_unique<StoredBatch>(engine.allocator));
+}
+
+// Makes new workers and shared arrays for the given needs, then replaces the old ones. Of the readers the first stays.
 void make_memory(const MemoryNeeds& needs, Engine& engine) {
   std::vector<WorkerPtr> workers;
   for (std::uint32_t w = 0; w < engine.pool.tasks->worker_count(); ++w) {
@@ -164,7 +176,8 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   Crowd crowd;
   size_crowd(needs.character_instances ? needs.character_tiles : 0, needs.crowd_words, *shared, crowd);
   crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
-  if (needs.queries) engine.queries = make_query_memory(needs, workers.size(), engine.allocator);
+  if (needs.queries) engine.readers[0]->queries = make_query_memory(needs, workers.size(), engine.allocator);
+  engine.readers.resize(1);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
   engine.shared_arena = std::move(shared);
@@ -189,7 +202,24 @@ std::size_t character_count(const Engine& engine) { return needs_of(engine).char
 void size_memory(Engine& engine) {
   const MemoryNeeds needs = needs_of(engine);
   if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);
+  for (const auto& reader : engine.readers) size_reader(engine, *reader);
   place_sequences(engine);
+}
+
+Reader& free_reader(Engine& engine) {
+  for (const auto& reader : engine.readers)
+    if (!reader->in_use) return *reader;
+  const Reader& first = *engine.readers[0];
+  auto made = std::make_unique<Reader>();
+  made->pool = &made->own_pool;
+  made->own_pool.tasks = make_serial_task_runner();
+  made->own_pool.workers.push_back(make_worker(engine.allocator));
+  size_for_reads(made->own_pool[0], engine.sized);
+  size_reader(engine, *made);
+  if (first.queries) made->queries = make_query_memory(engine.sized, 1, engine.allocator);
+  if (first.past) made->past = make_history_memory(*first.past, engine.histories.size(), engine.allocator);
+  engine.readers.push_back(std::move(made));
+  return *engine.readers.back();
 }
 
 void reserve_memory(const ReserveDesc& desc, Engine& engine) {
@@ -219,7 +249,10 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   for (const auto& slot : engine.articulations) out->articulations += slot->arena.bytes();
   for (const auto& slot : engine.batches)
     out->batches += slot->arena.bytes() + (slot->statics ? slot->statics->arena.bytes() : 0);
+  const std::lock_guard lock(engine.holders.mutex);  // a call that reads may add a reader
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
+  for (const auto& reader : engine.readers)
+    for (const auto& worker : reader->own_pool.workers) out->workers += worker->arena.bytes();
   out->rows = bytes_of(engine.crowd);
   const HitStore& store = engine.hit_store;
   out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);

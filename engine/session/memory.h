@@ -15,7 +15,10 @@ std::size_t character_count(const Engine& engine);
 // memory that does, and replaces the old one. Changes nothing if memory runs out. Throws std::bad_alloc.
 void size_memory(Engine& engine);
 
-// The same for batches that may be added.
+// A reader that no call uses: one that is there, or a new one. Throws std::bad_alloc.
+Reader& free_reader(Engine& engine);
+
+// The same as size_memory for batches that may be added.
 void reserve_memory(const ReserveDesc& desc, Engine& engine);
 
 }  // namespace cab

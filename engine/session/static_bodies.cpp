@@ -148,13 +148,13 @@ StaticBodiesPtr make_static_bodies(const Allocator& allocator) { return StaticBo
 
 void StaticBodiesDelete::operator()(StaticBodies* bodies) const { delete bodies; }
 
-const BatchInput& StaticBodies::complete(const BatchInput& given, bool by_bounds) {
-  input_ = given;
-  input_.poses = {PoseFormat::kQuaternionTranslation, poses.data};
-  input_.origins = {origins.data, origins.size};
-  input_.moved = {moved.data, moved.size};
-  if (by_bounds) input_.bounds = {bounds.data, bounds.size};
-  return input_;
+BatchInput StaticBodies::complete(const BatchInput& given, bool by_bounds) const {
+  BatchInput out = given;
+  out.poses = {PoseFormat::kQuaternionTranslation, poses.data};
+  out.origins = {origins.data, origins.size};
+  out.moved = {moved.data, moved.size};
+  if (by_bounds) out.bounds = {bounds.data, bounds.size};
+  return out;
 }
 
 void StaticBodies::allocate_per_body(std::size_t count) {

@@ -3,11 +3,11 @@
 #pragma once
 
 #include "engine/exact/fcl.h"
+#include "engine/step/instance_batch.h"
 #include "engine/step/stored_batch.h"
 #include "kernels/kernel_table.h"
 #include "layout/arena.h"
 #include "layout/convex_shapes.h"
-#include "layout/instance_batch.h"
 #include "layout/link_bounds.h"
 
 #include <memory>
@@ -18,8 +18,8 @@ struct StaticBodies {
   explicit StaticBodies(const Allocator& allocator) : arena(allocator) {}
 
   // What the caller gives for one call, with what is known: poses, origins, that no body has moved, and, if by_bounds,
-  // bounds. Valid until the next call.
-  const BatchInput& complete(const BatchInput& given, bool by_bounds);
+  // bounds.
+  BatchInput complete(const BatchInput& given, bool by_bounds) const;
 
   // Says in `moved` which of the bodies that a frame gives are on other layers, or have another mask, than in the last
   // frame that gave them. Called once in every frame with these bodies.
@@ -40,7 +40,6 @@ struct StaticBodies {
   std::unique_ptr<FclShapes, FclShapesDelete> fcl_shapes;
 
  private:
-  BatchInput input_;
   Span<std::uint32_t> last_layers_, last_masks_;  // per body, in the last frame that gave it
   bool has_layers_ = false;                       // whether these may be others than all bits, or a body has moved
 };

@@ -117,10 +117,11 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
 
 Status bind_input(Engine& engine, Call& call, const BatchInput& input, Needs needs) {
   if (const Status status = validate_input(engine, input, needs); status != Status::kOk) return status;
-  if (engine.batch(input.batch).input) return Status::kBatchGivenTwice;
+  const InstanceBatch& batch = call.batch(input.batch);
+  if (batch.input) return Status::kBatchGivenTwice;
   call.bind(input, needs == Needs::kBounds);
-  if (!input.margins.empty() && !are_margins(engine.batch(input.batch))) return Status::kBadMargins;
-  if (!input.bounds.empty() && !have_sides(engine.batch(input.batch))) return Status::kBadBounds;
+  if (!input.margins.empty() && !are_margins(batch)) return Status::kBadMargins;
+  if (!input.bounds.empty() && !have_sides(batch)) return Status::kBadBounds;
   return Status::kOk;
 }
 
@@ -172,12 +173,12 @@ Status validate_job(Engine& engine, const FrameJob& job) {
   return all_have_shapes ? Status::kOk : Status::kLodWithoutShapes;
 }
 
-Status validate_pairs(const Engine& engine, Span<const Hit> pairs) {
+Status validate_pairs(const Engine& engine, const Call& call, Span<const Hit> pairs) {
   if (pairs.size && !pairs.data) return Status::kBadPairs;
-  const auto is_link = [&engine](BatchSlot slot, std::uint32_t instance, std::uint32_t link) {
+  const auto is_link = [&](BatchSlot slot, std::uint32_t instance, std::uint32_t link) {
     const BatchId id = {slot.value};
-    if (!has_input(engine, id)) return false;
-    const InstanceBatch& batch = engine.batch(id);
+    if (!has_batch(engine, id) || !call.batch(id).input) return false;
+    const InstanceBatch& batch = call.batch(id);
     return is_active(batch, instance) && !leaves_of(*batch.articulation, link).empty();
   };
   for (const Hit& pair : pairs) {

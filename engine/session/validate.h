@@ -28,7 +28,7 @@ bool is_valid_rule(const Engine& engine, const PairRule& rule);
 Status validate_policies(const Policies& policies);
 
 // Checks that the pairs of compute_contacts name links of batches that are bound to an input.
-Status validate_pairs(const Engine& engine, Span<const Hit> pairs);
+Status validate_pairs(const Engine& engine, const Call& call, Span<const Hit> pairs);
 
 // Whether the results of a job depend on contacts.
 bool needs_contacts(const FrameJob& job);

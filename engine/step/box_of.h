@@ -1,8 +1,8 @@
 // The box of one instance out of a tile.
 #pragma once
 
+#include "engine/step/instance_batch.h"
 #include "engine/step/pose_scratch.h"
-#include "layout/instance_batch.h"
 #include "layout/tile.h"
 
 #include <cab/types.h>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "engine/step/candidate.h"
+#include "engine/step/instance_batch.h"
 #include "layout/atomic_words.h"
 #include "layout/compiler.h"
-#include "layout/instance_batch.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // What an engine stores of its batches, and which of them a frame pairs.
 #pragma once
 
+#include "engine/step/instance_batch.h"
 #include "layout/arena.h"
-#include "layout/instance_batch.h"
 #include "layout/rigid_shape.h"
 
 #include <cstddef>
@@ -76,6 +76,7 @@ struct StoredBatch {
   InstanceBatch batch;
   CrowdBatch crowd;                             // its arrays are in `arena`
   StaticBodiesPtr statics;                      // null unless the instances are static bodies
+  BatchInput completed;                         // of static bodies: the call's input, with what is known of them
   const FclShapes* fcl_shapes = nullptr;        // owned by the articulation or by `statics`
   const ConvexShapes* convex_shapes = nullptr;  // likewise
 };

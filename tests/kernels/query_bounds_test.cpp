@@ -4,7 +4,7 @@
 #include "kernels/walk_index.h"
 
 #include "layout/error_bounds.h"
-#include "layout/instance_batch.h"
+#include "layout/rounded_up.h"
 #include "perf/judge/oracle/random.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"

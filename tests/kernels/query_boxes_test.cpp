@@ -2,7 +2,7 @@
 // that know a box as the image of a cube: all points center + sum x_k axis_k with |x_k| <= half_k, however skew.
 #include "kernels/query_boxes.h"
 
-#include "layout/instance_batch.h"
+#include "layout/rounded_up.h"
 #include "perf/judge/oracle/random.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"

@@ -10,15 +10,20 @@
 //
 // Errors      No call throws. A call that fails says why by its Status and changes nothing (Status names the
 //             exceptions). The comment of each call lists every status that it can answer besides kOk, but for kBadTask
-//             and kTasksLeft of calls whose tasks a caller's scheduler has not run as it must (Scheduler).
+//             and kTasksLeft of calls whose tasks a caller's scheduler has not run as it must (Scheduler), and
+//             kOutOfMemory of a read beside others (Memory).
 // Threads     Engines are independent of each other. There is no global state but a list of TBB's arenas that no engine
-//             has, which are kept for the next ones. An engine serves one call at a time, from any thread. A call with
-//             an `Engine&` that starts while another one runs answers kBusy and does nothing. Calls with a `const
-//             Engine&` only read: they may run at the same time as each other, run_frame and compute_boxes, but not at
-//             the same time as add_articulation and add_batch. No call on the engine may run at the same time as
-//             destroy_engine.
-// Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself,
-//             FCL's shapes and temporary lists of calls come from operator new.
+//             has, which are kept for the next ones. Any thread may call. Reads run beside each other on one engine:
+//             run_queries, compute_boxes, compute_contacts, find_touching_moments, sweep_margins, spatial_order,
+//             why_masked and box_lines. The first of those that run uses the engine's threads, each further one its
+//             calling thread. Any other call with an `Engine&`, such as a frame, runs alone: while it runs, all others
+//             answer kBusy and do nothing; while a read runs, it answers kBusy itself. Calls with a `const Engine&`
+//             may run at any time but while something is added or removed. No call on an engine may run while it is
+//             destroyed.
+// Memory      The caller's allocator, if there is one, serves articulations, batches and workers, one call at a time.
+//             The engine itself, FCL's shapes and temporary lists of calls come from operator new. A read beside
+//             others allocates once for itself what a worker needs, and keeps it for the next: as many are kept as
+//             reads have run at a time, until add_batch, add_history or reserve replace the engine's own memory.
 #pragma once
 
 #include <cab/debug.h>
@@ -54,7 +59,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves, kTooManyLeaves,
 // kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair, kBadRestPose,
 // kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
 
@@ -79,7 +84,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's tree),
 // kBadRestPose, kTooFewLeaves, kTooManyLeaves, kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes,
 // kLodLeafTooSmall, kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out,
                                      std::uint32_t* bad_leaf = nullptr) noexcept;
 
@@ -100,7 +105,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // the new memory is made.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadBatchKind, kNoInstances, kTooManyInstances,
 // kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_batch(Engine& engine, const BatchDesc& desc, BatchId* out) noexcept;
 
 // Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
@@ -112,7 +117,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without
 // data), kBadTriangles, kBadLeafBox, kBadLeafAxes, kBadShape (also for a triangle without an area),
 // kShapeOutsideLeafBox, kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_static_batch(Engine& engine, const StaticDesc& desc, BatchId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
 
@@ -121,20 +126,20 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Sequences still may need more memory of the workers. What the engine has is never made smaller.
 // Cost: as that of add_batch for the largest batch.
 // Statuses: kBusy, kTooManyInstances, kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status reserve(Engine& engine, const ReserveDesc& desc) noexcept;
 
 // Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
 // next add_batch takes the slot.
 // Cost: frees a few blocks.
 // Statuses: kBusy, kUnknownBatch.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status remove_batch(Engine& engine, BatchId id) noexcept;
 
 // Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
 // Cost: frees a few blocks; looks at all batches.
 // Statuses: kBusy, kUnknownArticulation, kArticulationInUse.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status remove_articulation(Engine& engine, ArticulationId id) noexcept;
 
 // Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
@@ -147,7 +152,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, the input statuses, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt,
 // kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow,
 // kOutOfMemory (TBB had no memory for its tasks, or the hits needed more than there is).
-// Thread: any, one call per engine at a time. It returns when all tasks have ended.
+// Thread: any, alone on its engine. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -162,7 +167,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Hits and counts are those of run_frame. Small frames have as many steps as large ones.
 // Cost: that of the checks of run_frame.
 // Statuses: those of run_frame without kHitsOverflow and kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status begin_frame(Engine& engine, FrameJob& job) noexcept;
 
 // Advances to the frame's next step once every task of the last one has ended, and writes its number of tasks to
@@ -197,7 +202,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: those of run_frame, without kBadPoses, kMovedAtRest and kHitsOverflow; kBadBounds (also without bounds),
 // kBadOutput (pairs has a size and no data), kPairsOverflow.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) noexcept;
 
 // Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
@@ -214,7 +219,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
 // is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
 // kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
@@ -224,13 +229,13 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
 // nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
 
 // Removes a history, and gives back its memory. The id becomes invalid.
 // Cost: frees a few blocks.
 // Statuses: kBusy, kUnknownHistory.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status remove_history(Engine& engine, HistoryId id) noexcept;
 
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
@@ -241,7 +246,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kUnknownHistory, the input statuses but kStaticInput (kUnknownBatch also for an input of another
 // batch), kBadTime (not finite, or not above that of the last moment), kBadHistoryPoses, kOutOfMemory (TBB had no
 // memory for its tasks).
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status record_tick(Engine& engine, HistoryId id, const BatchInput& input, double time) noexcept;
 
 // Writes which moments a history has to *out, which must not be null.
@@ -259,7 +264,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: poses every instance twice, on all threads; allocates nothing.
 // Statuses: kBusy, the input statuses, kBadBatchKind (the two are not one batch of characters), kBadOutput (margins is
 // too small), kOutOfMemory (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input,
                                            Span<float> margins) noexcept;
 
@@ -274,7 +279,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
 // Statuses: kBusy, the input statuses, kBadSteps, kBadPairs (a pair that compute_contacts refuses, or a batch that
 // `last` lacks), kBadOutput (moments is shorter than pairs), kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status find_touching_moments(Engine& engine, Span<const BatchInput> last,
                                                    Span<const BatchInput> inputs, std::uint32_t steps,
                                                    Span<const Hit> pairs, Span<float> moments) noexcept;
@@ -286,7 +291,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, the input statuses, kBadOutput (boxes is too small).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies,
                                            Span<Box> boxes) noexcept;
 
@@ -299,7 +304,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // instruction set, threads or other pairs.
 // Statuses: kBusy, kBadPolicy (depth is not a value of Depth), the input statuses, kBadPairs, kBadOutput (contacts is
 // shorter than pairs), kOutOfMemory (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
                                               Span<const Hit> pairs, Span<Contact> contacts) noexcept;
 
@@ -308,7 +313,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
 // Statuses: kBusy, the input statuses, kBadInstance, kBadOutput (out is null).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance,
                                         MaskReason* out) noexcept;
 
@@ -319,7 +324,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API std::size_t explain_job(Engine& engine, const FrameJob& job, Span<char> text) noexcept;
 
 // Writes in words why an instance is masked, as why_masked has found it, such as "the quaternion of link 3 has the
@@ -340,7 +345,7 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, the input statuses (kBadOrigins also for an origin of the job),
 // kBadPairs (hits has a size and no data), kBadOutput (lines has a size and no data), kLinesOverflow, kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept;
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
@@ -358,7 +363,7 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // sequence, keep their order. Large crowds that are stored in this order have faster frames (docs/crowd.md).
 // Cost: a sort on the calling thread, and 16 bytes per instance from operator new while it runs.
 // Statuses: kBusy, kUnknownBatch, kBadOutput (order is too small), kOutOfMemory.
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status spatial_order(Engine& engine, BatchId batch, Span<std::uint32_t> order) noexcept;
 
 // Writes the counts of an articulation to *out, which must not be null.

@@ -362,7 +362,7 @@ typedef int32_t cab_Status;
 enum {
   CAB_STATUS_OK = 0,                 // ok
   CAB_STATUS_OUT_OF_MEMORY = 1,      // an allocation failed
-  CAB_STATUS_BUSY = 2,               // another call on the same engine is running
+  CAB_STATUS_BUSY = 2,               // another call on the same engine is running, and one of the two changes it
   CAB_STATUS_ISA_NOT_AVAILABLE = 3,  // isa is an instruction set that this CPU or this build lacks
   CAB_STATUS_BAD_ABI_VERSION = 4,    // the program was compiled for another ABI of the C API than this library has
   CAB_STATUS_BAD_SCHEDULER = 5,      // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
@@ -1491,7 +1491,7 @@ CAB_API void cab_destroy_engine(cab_Engine* engine);
 // CAB_STATUS_TOO_MANY_LINKS, CAB_STATUS_BAD_PARENT, CAB_STATUS_BAD_JOINT, CAB_STATUS_NO_LEAVES,
 // CAB_STATUS_TOO_MANY_LEAVES, CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES,
 // CAB_STATUS_BAD_SHAPE, CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_BAD_IGNORED_PAIR, CAB_STATUS_BAD_REST_POSE,
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_articulation(cab_Engine* engine, const cab_ArticulationDesc* desc, cab_ArticulationId* out,
                                         uint32_t* bad_element);
 
@@ -1516,7 +1516,7 @@ CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
 // (also for a link with leaves in no leaf of the level or in two, for two leaves on one link, and for a leaf whose
 // links are not in its link's tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,
 // CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES,
-// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out,
                                uint32_t* bad_leaf);
 
@@ -1536,7 +1536,7 @@ CAB_API cab_Status cab_lod_leaves(const cab_Engine* engine, cab_ArticulationId l
 // the new memory is made.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION,
 // CAB_STATUS_BAD_BATCH_KIND, CAB_STATUS_NO_INSTANCES, CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_OUT_OF_MEMORY.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, cab_BatchId* out);
 
 // Adds a batch of static bodies, such as the boxes and triangles of a level, and writes its id to *out, which must not
@@ -1548,7 +1548,7 @@ CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, 
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_INSTANCES,
 // CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_BAD_STATIC_BODY (also for bodies without data), CAB_STATUS_BAD_TRIANGLES,
 // CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE (also for a triangle without an area),
-// CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_static_batch(cab_Engine* engine, const cab_StaticDesc* desc, cab_BatchId* out,
                                         uint32_t* bad_element);
 
@@ -1557,20 +1557,20 @@ CAB_API cab_Status cab_add_static_batch(cab_Engine* engine, const cab_StaticDesc
 // Sequences still may need more memory of the workers. What the engine has is never made smaller.
 // Cost: as that of cab_add_batch for the largest batch.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_OUT_OF_MEMORY.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_reserve(cab_Engine* engine, const cab_ReserveDesc* desc);
 
 // Removes a batch and gives back what its instances took. Workers keep their memory. The id becomes invalid, and the
 // next cab_add_batch takes the slot.
 // Cost: frees a few blocks.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_remove_batch(cab_Engine* engine, cab_BatchId id);
 
 // Removes an articulation that no batch uses, and gives back its memory. The id becomes invalid.
 // Cost: frees a few blocks; looks at all batches.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_ARTICULATION_IN_USE.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationId id);
 
 // Runs one frame: poses every batch with input, finds the instances whose bounds overlap, tests their boxes, applies
@@ -1584,8 +1584,7 @@ CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationI
 // CAB_STATUS_PAIR_RULE_GIVEN_TWICE, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT,
 // CAB_STATUS_BAD_MARGIN, CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT,
 // CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks,
-// or the hits needed more than there is). Thread: any, one call per engine at a time. It returns when all tasks have
-// ended.
+// or the hits needed more than there is). Thread: any, alone on its engine. It returns when all tasks have ended.
 CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -1600,7 +1599,7 @@ CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 // Hits and counts are those of cab_run_frame. Small frames have as many steps as large ones.
 // Cost: that of the checks of cab_run_frame.
 // Statuses: those of cab_run_frame without CAB_STATUS_HITS_OVERFLOW and CAB_STATUS_OUT_OF_MEMORY.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_begin_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Advances to the frame's next step once every task of the last one has ended, and writes its number of tasks to
@@ -1635,7 +1634,7 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES, CAB_STATUS_MOVED_AT_REST and
 // CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no
-// data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, one call per engine at a time.
+// data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, alone on its engine.
 CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* job, cab_CandidateList* out);
 
 // Answers many queries: which links rays meet, shapes overlap, points are near, regions contain. The job says what is
@@ -1653,7 +1652,7 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER,
 // CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
 // CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch
-// was removed, and for an ignored_batch that is not one of this engine. Thread: any, one call per engine at a time.
+// was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside other reads.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
@@ -1663,13 +1662,13 @@ CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 // bytes more per character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_BATCH_KIND
 // (a sequence, static bodies, a level of nodes), CAB_STATUS_BAD_TICKS, CAB_STATUS_TOO_MANY_INSTANCES (4096 histories),
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_history(cab_Engine* engine, const cab_HistoryDesc* desc, cab_HistoryId* out);
 
 // Removes a history, and gives back its memory. The id becomes invalid.
 // Cost: frees a few blocks.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
 
 // Copies the poses of a batch at a moment, in seconds or whatever the caller counts in, in place of the earliest moment
@@ -1680,7 +1679,7 @@ CAB_API cab_Status cab_remove_history(cab_Engine* engine, cab_HistoryId id);
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_HISTORY, the input statuses but CAB_STATUS_STATIC_INPUT
 // (CAB_STATUS_UNKNOWN_BATCH also for an input of another batch), CAB_STATUS_BAD_TIME (not finite, or not above that of
 // the last moment), CAB_STATUS_BAD_HISTORY_POSES, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_record_tick(cab_Engine* engine, cab_HistoryId id, const cab_BatchInput* input, double time);
 
 // Writes which moments a history has to *out, which must not be null.
@@ -1698,7 +1697,7 @@ CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, 
 // Cost: poses every instance twice, on all threads; allocates nothing.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (the two are not one batch of characters),
 // CAB_STATUS_BAD_OUTPUT (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, const cab_BatchInput* input,
                                      cab_FloatSpan margins);
 
@@ -1713,7 +1712,7 @@ CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* l
 // that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_STEPS, CAB_STATUS_BAD_PAIRS (a pair that
 // cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT (moments is shorter than pairs),
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
 CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last,
                                              cab_ConstBatchInputSpan inputs, uint32_t steps, cab_ConstHitSpan pairs,
                                              cab_FloatSpan moments);
@@ -1725,7 +1724,7 @@ CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchI
 // says which instances are masked. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
 // Cost: poses and refits all instances on the calling thread; writes 60 bytes per node. Allocates nothing.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses,
-// CAB_STATUS_BAD_OUTPUT (boxes is too small). Thread: any, one call per engine at a time.
+// CAB_STATUS_BAD_OUTPUT (boxes is too small). Thread: any, beside other reads.
 CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* input, const cab_Policies* policies,
                                      cab_BoxSpan boxes);
 
@@ -1738,7 +1737,7 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
 // instruction set, threads or other pairs.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY (depth is not a value of Depth), the input statuses,
 // CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no
-// memory for its tasks). Thread: any, one call per engine at a time.
+// memory for its tasks). Thread: any, beside other reads.
 CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_Depth depth,
                                         cab_ConstHitSpan pairs, cab_ContactSpan contacts);
 
@@ -1747,7 +1746,7 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 // range, is not considered.
 // Cost: up to the price of posing the instance; allocates nothing.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_INSTANCE, CAB_STATUS_BAD_OUTPUT (out is null).
-// Thread: any, one call per engine at a time.
+// Thread: any, beside other reads.
 CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance,
                                   cab_MaskReason* out);
 
@@ -1758,7 +1757,7 @@ CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* inpu
 // text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so.
-// Thread: any, one call per engine at a time.
+// Thread: any, alone on its engine.
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
 
 // Writes in words why an instance is masked, as cab_why_masked has found it, such as "the quaternion of link 3 has the
@@ -1780,7 +1779,7 @@ CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses
 // (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits has a size and no data),
 // CAB_STATUS_BAD_OUTPUT (lines has a size and no data), CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread:
-// any, one call per engine at a time.
+// any, beside other reads.
 CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job);
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their
@@ -1798,7 +1797,7 @@ CAB_API cab_Status cab_diff_hits(cab_ConstHitSpan previous, cab_ConstHitSpan cur
 // sequence, keep their order. Large crowds that are stored in this order have faster frames (docs/crowd.md).
 // Cost: a sort on the calling thread, and 16 bytes per instance from operator new while it runs.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_OUTPUT (order is too small),
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, one call per engine at a time.
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
 CAB_API cab_Status cab_spatial_order(cab_Engine* engine, cab_BatchId batch, cab_Uint32Span order);
 
 // Writes the counts of an articulation to *out, which must not be null.

@@ -49,7 +49,7 @@ namespace cab {
 enum class Status : std::int32_t {
   kOk = 0,               // ok
   kOutOfMemory,          // an allocation failed
-  kBusy,                 // another call on the same engine is running
+  kBusy,                 // another call on the same engine is running, and one of the two changes it
   kIsaNotAvailable,      // isa is an instruction set that this CPU or this build lacks
   kBadAbiVersion,        // the program was compiled for another ABI of the C API than this library has
   kBadScheduler,         // scheduler lacks parallel_for, or its worker_count is 0 or above 1024

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "layout/instance_batch.h"
+#include "engine/step/instance_batch.h"
 #include "perf/base/report.h"
 
 namespace cab::perf {

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "engine/frame/all_pairs.h"
+#include "engine/step/instance_batch.h"
 #include "layout/bit_hash.h"
-#include "layout/instance_batch.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
 

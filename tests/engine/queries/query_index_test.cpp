@@ -229,7 +229,7 @@ void check_world(Random& random, const std::vector<std::uint32_t>& counts, Sprea
   const EnginePtr engine = make_engine_for(world);
   require(reserve(*engine, {0, 0, 32}));
   const std::vector<Query> queries = any_queries(random, world, spread);
-  const QueryIndex& index = engine->queries->index;
+  const QueryIndex& index = engine->readers[0]->queries->index;
   Answer sorted, unsorted;
   ask(*engine, world, counts, queries, 0, kMany, sorted);
   CHECK(index.is_sorted);
@@ -275,7 +275,7 @@ TEST_CASE("query index: instances that are masked, or not listed, are not in it"
   job.inputs = {&input, 1};
   require(run_queries(*engine, job));
   std::vector<std::uint32_t> in_index;
-  const QueryIndex& index = engine->queries->index;
+  const QueryIndex& index = engine->readers[0]->queries->index;
   for (const QueryCluster& cluster : index.clusters)
     for (std::uint32_t k = 0; k < cluster.count; ++k) in_index.push_back(index.order[cluster.first + k].number);
   CHECK(in_index == std::vector<std::uint32_t>{1, 2, 5, 31});

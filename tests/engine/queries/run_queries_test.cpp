@@ -642,7 +642,7 @@ TEST_CASE("queries: hits that are found again are counted once") {
     const auto asked = any_world(random);
     for (Query& query : asked->about.queries) query.want = QueryWant::kAll, query.max_hits = ~0u;
     const EnginePtr enough = asked->engine(), few = asked->engine();
-    for (const auto& worker : few->queries->workers) worker->hits.capacity = 2;
+    for (const auto& worker : few->readers[0]->queries->workers) worker->hits.capacity = 2;
     const Answer expected = ask(*enough, *asked, Exact::kConvex), found = ask(*few, *asked, Exact::kConvex);
     CHECK(same(found, expected));
     CHECK(same_counts(found.stats, expected.stats));

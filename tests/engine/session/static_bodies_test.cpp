@@ -237,8 +237,9 @@ TEST_CASE("static bodies are hit like characters of one leaf, by every strategy,
           const Policies policies = policies_of(refit, strategy, exact);
           const EnginePtr engine = make_engine_for(reference);
           const Outcome expected = run_on(*engine, reference, policies);
-          const bool reference_has_words = std::any_of(engine->batches.begin(), engine->batches.end(),
-                                                       [](const auto& stored) { return stored->batch.by_words; });
+          const bool reference_has_words =
+              std::any_of(engine->batches.begin(), engine->batches.end(),
+                          [](const auto& stored) { return stored->crowd.has_words || stored->crowd.is_by_place; });
           const std::vector<Isa> isas = available_isas();
           EngineDesc how;
           how.isa = isas[random.index(static_cast<unsigned>(isas.size()))];

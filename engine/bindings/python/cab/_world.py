@@ -266,8 +266,8 @@ class History:
 class World:
     """Characters and static bodies that live at the same time.
 
-    threads  how many threads calls run on; 0: all cores. The interpreter's lock is released in calls, and one thread at
-             a time may be in a call: another one gets `BusyError`.
+    threads  how many threads calls run on; 0: all cores. The interpreter's lock is released in calls. Queries, boxes
+             and contacts may run in several threads at a time, anything else alone: another call gets `BusyError`.
     isa      the instruction set, one of `cab.isas()`, or "auto". All give the same bits.
     """
 

@@ -17,10 +17,6 @@ struct InstanceBounds {
   double hi[3];
 };
 
-// Floats just outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step 4.5).
-inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
-inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
-
 // Where an instance is in the world.
 struct Placement {
   InstanceBounds bounds;
@@ -41,13 +37,13 @@ enum RestBit : std::uint8_t {
   kKept = 2,   // it is in the strips that are kept between frames
 };
 
-struct InstanceBatch {
+// What is stored of a batch.
+struct StoredInstances {
   const Articulation* articulation = nullptr;
   const LinkBounds* link_bounds = nullptr;
   BatchKind kind = BatchKind::kCharacters;
-  Span<const Box> own_boxes;         // static bodies: the leaf box of each instance; else empty
-  std::uint32_t capacity = 0;        // BatchDesc::instance_count
-  std::uint32_t instance_count = 0;  // of the current call; between calls the capacity
+  Span<const Box> own_boxes;   // static bodies: the leaf box of each instance; else empty
+  std::uint32_t capacity = 0;  // BatchDesc::instance_count
 
   // Characters: all that is stored per instance. Boxes are made where they are tested.
   Span<InstanceBounds> bounds;
@@ -63,9 +59,13 @@ struct InstanceBatch {
 
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
+};
 
-  // Bound for the duration of one call. strategy: how characters are paired, never kAuto. active: the articulation
-  // whose leaves are bounded and compared first, which is that of its link boxes with kLinks, else the batch's own.
+// What a call binds to a batch for as long as it runs. strategy: how characters are paired, never kAuto. active: the
+// articulation whose leaves are bounded and compared first, which is that of its link boxes with kLinks, else the
+// batch's own.
+struct BoundInput {
+  std::uint32_t instance_count = 0;  // BatchInput::count; between calls the capacity
   Strategy strategy = Strategy::kRows;
   const Articulation* active = nullptr;
   bool by_words = false;         // its leaves are paired by compact words (engine/frame/characters.h)
@@ -79,6 +79,8 @@ struct InstanceBatch {
   std::size_t link_stride = 0;      // bytes
   std::size_t instance_stride = 0;  // bytes
 };
+
+struct InstanceBatch : StoredInstances, BoundInput {};
 
 // Whether the instances of a batch are static bodies.
 inline bool is_static(const InstanceBatch& batch) { return !batch.own_boxes.empty(); }
