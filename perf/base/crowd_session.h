@@ -151,14 +151,7 @@ class CrowdSession {
     job.rules = rules_;
     job.policies = policies;
     if (only_in_contact) job.report = Report::kInContact;
-    job.hits = hits_;
-    Status status = frame(*engine_, job);
-    if (status == Status::kHitsOverflow) {
-      hits_.resize(job.hits_needed + job.hits_needed / 4);
-      job.hits = hits_;
-      status = frame(*engine_, job);
-    }
-    require(status, "frame");
+    require(run_with_room(job, hits_, nullptr, [&] { return frame(*engine_, job); }), "frame");
     hit_count_ = job.hit_count;
     return job.stats;
   }
@@ -179,14 +172,7 @@ class CrowdSession {
     job.inputs = inputs;
     job.queries = queries;
     job.reuse_bounds = reuse_bounds;
-    job.hits = query_hits_;
-    Status status = run_queries(*engine_, job);
-    if (status == Status::kHitsOverflow) {
-      query_hits_.resize(job.hits_needed + job.hits_needed / 4);
-      job.hits = query_hits_;
-      status = run_queries(*engine_, job);
-    }
-    require(status, "queries");
+    require(run_with_room(job, query_hits_, nullptr, [&] { return run_queries(*engine_, job); }), "queries");
     query_hit_count_ = job.hit_count;
     return job.stats;
   }

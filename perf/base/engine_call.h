@@ -8,6 +8,8 @@
 
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 namespace cab::perf {
 
@@ -18,6 +20,25 @@ using RunFrame = decltype(&run_frame);
 inline void require(Status status, const std::string& what) {
   if (status == Status::kOutOfMemory) throw std::runtime_error(what + ": " + out_of_memory());
   if (status != Status::kOk) throw std::runtime_error(what + ": " + to_string(status));
+}
+
+// Runs a frame or queries, and once more with larger buffers if its hits do not fit: run() does it, and returns a
+// status. contacts: those of a frame that asks for them, else null. Returns the status of the last run.
+template <class Job, class Found, class Run>
+Status run_with_room(Job& job, std::vector<Found>& hits, std::vector<Contact>* contacts, const Run& run) {
+  const auto run_once = [&] {
+    job.hits = hits;
+    if constexpr (std::is_same_v<Job, FrameJob>)
+      if (contacts) {
+        contacts->resize(hits.size());
+        job.contacts = *contacts;
+      }
+    return run();
+  };
+  const Status status = run_once();
+  if (status != Status::kHitsOverflow) return status;
+  hits.resize(job.hits_needed + job.hits_needed / 4);
+  return run_once();
 }
 
 inline oracle::EnginePtr make_engine(const EngineDesc& desc) {

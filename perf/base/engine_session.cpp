@@ -124,18 +124,9 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   job.rules = set.rules;
   job.policies = policies;
   job.min_depth = min_depth_;
-  std::size_t room = std::max(hits_.size(), kHitsPerFrame * count);
-  Status status = Status::kHitsOverflow;
-  while (status == Status::kHitsOverflow) {
-    hits_.resize(room);
-    contacts_.resize(contacts ? room : 0);
-    job.hits = hits_;
-    job.contacts = contacts_;
-    status = frame(*engine_, job);
-    if (status == Status::kHitsOverflow && job.hits_needed <= room) break;
-    room = job.hits_needed;
-  }
-  require(status, "frames " + std::to_string(first) + ":" + std::to_string(first + count));
+  hits_.resize(std::max(hits_.size(), kHitsPerFrame * count));
+  require(run_with_room(job, hits_, contacts ? &contacts_ : nullptr, [&] { return frame(*engine_, job); }),
+          "frames " + std::to_string(first) + ":" + std::to_string(first + count));
 
   const auto character_of = [&set](BatchSlot slot) {
     const auto same = [slot](BatchId batch) { return slot_of(batch).value == slot.value; };

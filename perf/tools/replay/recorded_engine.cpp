@@ -72,18 +72,8 @@ class RecordedEngine {
     job.margin = settings_.margin;
     job.min_depth = settings_.min_depth;
     const bool has_contacts = settings_.policies.exact != Exact::kNone;
-    constexpr std::size_t kFirstRoom = 256;
-    std::size_t room = std::max(hits_.size(), kFirstRoom);
-    Status status = Status::kHitsOverflow;
-    while (status == Status::kHitsOverflow) {
-      hits_.resize(room);
-      contacts_.resize(has_contacts ? room : 0);
-      job.hits = hits_;
-      job.contacts = contacts_;
-      status = run_frame(*engine_, job);
-      room = job.hits_needed;
-    }
-    require(status, "frame");
+    require(run_with_room(job, hits_, has_contacts ? &contacts_ : nullptr, [&] { return run_frame(*engine_, job); }),
+            "frame");
     written(recorder_.add_frame(job, time));
     hit_count_ += job.hit_count;
   }

@@ -56,20 +56,14 @@ BatchId RobotSession::batch_of(std::uint32_t state_count) {
   return id;
 }
 
-// Tests one chunk. If the buffer of hits is too small, it grows and the chunk runs again.
+// Tests one chunk.
 std::size_t RobotSession::run_hits(const BatchInput& input, FrameStats& sum) {
   const PairRule rule = {input.batch, input.batch, Pairing::kWithin};
   FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
   job.policies = policies_;
-  Status status = Status::kHitsOverflow;
-  while (status == Status::kHitsOverflow) {
-    job.hits = hits_;
-    status = run_frame(*engine_, job);
-    if (status == Status::kHitsOverflow) hits_.resize(std::max(job.hits_needed, hits_.size() + 1));
-  }
-  require(status, robot_.body.name);
+  require(run_with_room(job, hits_, nullptr, [&] { return run_frame(*engine_, job); }), robot_.body.name);
   add_stats(sum, job.stats);
   return job.hit_count;
 }
