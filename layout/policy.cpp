@@ -22,12 +22,12 @@ constexpr bool lists_all(const PolicyValue (&values)[N], std::uint32_t count) {
 // The meanings are copied word for word to the enumerators of cab/policy.h and to docs/policies.md; tests compare them.
 constexpr PolicyValue kRefitValues[] = {
     row(Refit::kCab, "cab", "the paper's CAB: oriented boxes along the main axis of two jointed children"),
+    row(Refit::kBest3, "best3",
+        "of three oriented boxes, along the axes of cab and of each child, the one of least surface"),
     row(Refit::kCabSum, "cab_sum",
         "the paper's footnote: as cab, but along the sum of both major axes where their ends are closest"),
     row(Refit::kCovariance, "covariance",
         "the paper's OBB: oriented boxes along the principal axes of the children's corners"),
-    row(Refit::kBest3, "best3",
-        "of three oriented boxes, along the axes of cab and of each child, the one of least surface"),
     row(Refit::kAabbHull, "aabb_hull", "the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included"),
     row(Refit::kAabbVertices, "aabb_vertices",
         "the paper's AABB+: axis-aligned boxes about all vertices below, leaves included"),
@@ -69,14 +69,15 @@ constexpr PolicyValue kDepthValues[] = {
 static_assert(lists_all(kDepthValues, kDepthCount));
 
 template <std::size_t N>
-constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N]) {
-  return {name, meaning, values, N};
+constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N],
+                            std::uint32_t use_count = N) {
+  return {name, meaning, values, N, use_count};
 }
 
 // Rows are listed in the order of the fields of Policies. Each field is one byte, so the index of a row is the offset
 // of its field.
 constexpr PolicyField kTable[] = {
-    field("refit", "how inner boxes are made in each frame", kRefitValues),
+    field("refit", "how inner boxes are made in each frame", kRefitValues, static_cast<std::uint32_t>(Refit::kCabSum)),
     field("strategy", "how overlapping leaf pairs are found", kStrategyValues),
     field("exact", "what confirms an overlapping leaf pair", kExactValues),
     field("extents", "what an inner box contains", kExtentsValues),

@@ -149,7 +149,8 @@ std::string policy_help(const Policies& defaults, std::uint32_t field) {
   const PolicyField& row = policy_table()[field];
   std::string help = std::string(row.meaning) + " (default " + row.values[policy_get(defaults, field)].name + ")";
   for (std::uint32_t v = 0; v < row.value_count; ++v)
-    help += std::string("\n  ") + row.values[v].name + ": " + row.values[v].meaning;
+    help += std::string("\n  ") + row.values[v].name + ": " + (v < row.use_count ? "" : "for comparison, ") +
+            row.values[v].meaning;
   return help;
 }
 

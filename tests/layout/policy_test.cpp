@@ -98,6 +98,7 @@ TEST_CASE("every field and every value has a meaning and a name of its own") {
     CHECK(fields.insert(field.name).second);
     CHECK(std::strlen(field.meaning) > 0);
     CHECK(field.value_count >= 2);
+    CHECK(field.use_count == (field.name == std::string("refit") ? 2 : field.value_count));
     std::set<std::string> values;
     for (std::uint32_t value = 0; value < field.value_count; ++value) {
       CHECK(values.insert(field.values[value].name).second);

@@ -264,7 +264,7 @@ export declare class Batch {
 
 // ------------------------------------------------------------------------------------------------------------- frames
 
-export type Refit = 'cab' | 'cab_sum' | 'covariance' | 'best3' | 'aabb_hull' | 'aabb_vertices';
+export type Refit = 'cab' | 'best3' | 'cab_sum' | 'covariance' | 'aabb_hull' | 'aabb_vertices';
 export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'auto';
 export type Extents = 'children' | 'leaves';
 /** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */

@@ -342,6 +342,7 @@ int main(void) {
   MEMBER(PolicyField, meaning, "meaning", "text", 0);
   MEMBER(PolicyField, values, "values", "*", 0);
   MEMBER(PolicyField, value_count, "valueCount", "u32", 0);
+  MEMBER(PolicyField, use_count, "useCount", "u32", 0);
   END();
   STRUCT(PolicyPreset, "false");
   MEMBER(PolicyPreset, name, "name", "text", 0);
@@ -536,9 +537,9 @@ int main(void) {
   printf("  }},\n");
   printf("  Refit: {type: 'u8', values: {\n");
   printf("    cab: %d,\n", (int)CAB_REFIT_CAB);
+  printf("    best3: %d,\n", (int)CAB_REFIT_BEST3);
   printf("    cab_sum: %d,\n", (int)CAB_REFIT_CAB_SUM);
   printf("    covariance: %d,\n", (int)CAB_REFIT_COVARIANCE);
-  printf("    best3: %d,\n", (int)CAB_REFIT_BEST3);
   printf("    aabb_hull: %d,\n", (int)CAB_REFIT_AABB_HULL);
   printf("    aabb_vertices: %d,\n", (int)CAB_REFIT_AABB_VERTICES);
   printf("  }},\n");

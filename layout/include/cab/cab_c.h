@@ -236,14 +236,15 @@ typedef struct cab_IgnoredPairSpan {
 } cab_IgnoredPairSpan;
 
 // How inner boxes are made in each frame. The comments of the values are their meanings in cab_policy_table(), word for
-// word; so are those of the enumerations below. Refits of oriented boxes come first.
+// word; so are those of the enumerations below. From CAB_REFIT_CAB_SUM on they are the paper's, for comparison: no
+// scene is known where one is the best choice. Refits of oriented boxes come first.
 typedef uint8_t cab_Refit;
 enum {
-  CAB_REFIT_CAB = 0,  // the paper's CAB: oriented boxes along the main axis of two jointed children
+  CAB_REFIT_CAB = 0,    // the paper's CAB: oriented boxes along the main axis of two jointed children
+  CAB_REFIT_BEST3 = 1,  // of three oriented boxes, along the axes of cab and of each child, the one of least surface
   // the paper's footnote: as cab, but along the sum of both major axes where their ends are closest
-  CAB_REFIT_CAB_SUM = 1,
-  CAB_REFIT_COVARIANCE = 2,  // the paper's OBB: oriented boxes along the principal axes of the children's corners
-  CAB_REFIT_BEST3 = 3,  // of three oriented boxes, along the axes of cab and of each child, the one of least surface
+  CAB_REFIT_CAB_SUM = 2,
+  CAB_REFIT_COVARIANCE = 3,     // the paper's OBB: oriented boxes along the principal axes of the children's corners
   CAB_REFIT_AABB_HULL = 4,      // the paper's AABB*: axis-aligned boxes about the leaf boxes, leaves included
   CAB_REFIT_AABB_VERTICES = 5,  // the paper's AABB+: axis-aligned boxes about all vertices below, leaves included
 };
@@ -323,6 +324,7 @@ typedef struct cab_PolicyField {
   const char* meaning;            // what the field decides, in one phrase
   const cab_PolicyValue* values;  // value_count of them, in the order of the enumeration
   uint32_t value_count;           // how many values the enumeration has
+  uint32_t use_count;             // how many of these, the first ones, are for use: the others are for comparison
 } cab_PolicyField;
 
 // The one table of policies, one row per field of Policies in the order of its fields. The library, the command line,

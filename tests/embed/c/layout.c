@@ -294,6 +294,7 @@ void print_layout(void) {
   MEMBER(cab_PolicyField, meaning);
   MEMBER(cab_PolicyField, values);
   MEMBER(cab_PolicyField, value_count);
+  MEMBER(cab_PolicyField, use_count);
   TYPE(cab_PolicyPreset);
   MEMBER(cab_PolicyPreset, name);
   MEMBER(cab_PolicyPreset, meaning);

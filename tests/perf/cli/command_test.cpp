@@ -195,7 +195,8 @@ TEST_CASE("help names every option, every policy value and every instruction set
       std::string names;
       for (std::uint32_t v = 0; v < field.value_count; ++v) {
         CAPTURE(field.values[v].name);
-        CHECK(shows(std::string(field.values[v].name) + ": " + field.values[v].meaning));
+        CHECK(shows(std::string(field.values[v].name) + (v < field.use_count ? ": " : ": for comparison, ") +
+                    field.values[v].meaning));
         names += (v ? "|" : "") + std::string(field.values[v].name);
       }
       CHECK(shows_option(std::string("--") + field.name + " " + names));

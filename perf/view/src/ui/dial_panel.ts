@@ -47,11 +47,14 @@ export class DialPanel {
   constructor(actions: DialActions) {
     this.#actions = actions;
     const fields = el('div', {class: 'dial-fields'});
-    for (const {name, label, meaning, values} of POLICY_TABLE) {
+    for (const {name, label, meaning, values, firstForComparison} of POLICY_TABLE) {
+      const options = Object.entries(values).map(([value, words]) => el('option', {value, title: words}, value));
+      const used = firstForComparison ? Object.keys(values).indexOf(firstForComparison) : options.length;
       const select = el('select', {
         title: meaning, change: () => this.#change({[name]: select.value === '' ? undefined : select.value}),
-      }, el('option', {value: ''}, 'as recorded'), ...Object.entries(values).map(([value, words]) =>
-        el('option', {value, title: words}, value)));
+      }, el('option', {value: ''}, 'as recorded'), ...options.slice(0, used));
+      if (used < options.length)
+        select.append(el('optgroup', {label: 'the paper\u2019s, for comparison'}, ...options.slice(used)));
       this.#selects.set(name, select);
       fields.append(el('label', {title: meaning}, el('span', {}, label), select));
     }

@@ -6,6 +6,8 @@ export interface PolicyField {
   label: string;
   meaning: string;
   values: Readonly<Record<string, string>>;
+  /** The values from this one on are the paper's, for comparison. */
+  firstForComparison?: string;
 }
 
 export const POLICY_TABLE: readonly PolicyField[] = [
@@ -15,12 +17,13 @@ export const POLICY_TABLE: readonly PolicyField[] = [
     meaning: 'How inner boxes are made in each frame',
     values: {
       cab: 'the paper\u2019s CAB: oriented boxes along the main axis of two jointed children',
+      best3: 'of three oriented boxes the one of least surface',
       cab_sum: 'as cab, but along the sum of both major axes where their ends are closest',
       covariance: 'the paper\u2019s OBB: along the principal axes of the children\u2019s corners',
-      best3: 'of three oriented boxes the one of least surface',
       aabb_hull: 'the paper\u2019s AABB*: axis-aligned boxes about the leaf boxes, leaves included',
       aabb_vertices: 'the paper\u2019s AABB+: axis-aligned boxes about all vertices below, leaves included',
     },
+    firstForComparison: 'cab_sum',
   },
   {
     name: 'extents',
