@@ -21,6 +21,7 @@ struct Articulation;
 // What an articulation that is a coarser level has in addition (LodDesc).
 struct Lod {
   Span<const std::uint16_t> leaf_of_link;  // by link: the leaf that stands for it, kNoLeaf without leaves; or empty
+  std::uint32_t finest_leaves = 0;         // of the articulation that this is a level of
   // Of a level of nodes: the articulation whose leaves are posed, and by node of the level its node there, ascending
   // among leaves and among inner nodes.
   const Articulation* posed = nullptr;

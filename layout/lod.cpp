@@ -321,7 +321,9 @@ Status build_boxes(const Articulation& fine, const std::vector<LodSet>& sets, co
   desc.leaves = leaves;
   desc.ignored_pairs = ignored;
   const Status status = build_articulation(desc, arena, out, bad_leaf);
-  if (status == Status::kOk) out->lod.leaf_of_link = keep(leaf_of_link, arena);
+  if (status != Status::kOk) return status;
+  out->lod.leaf_of_link = keep(leaf_of_link, arena);
+  out->lod.finest_leaves = fine.leaf_count;
   return status;
 }
 
@@ -469,7 +471,7 @@ Status build_node_lod(const Articulation& fine, std::uint32_t max_leaves, Arena&
   level.is_chain = fine.is_chain;
   level.leaves_by_link = std::is_sorted(links.begin(), links.end());
   level.program = program_above(fine, level_node, level.leaf_count, arena);
-  level.lod = {keep(leaf_of_link, arena), &fine, keep(nodes, arena)};
+  level.lod = {keep(leaf_of_link, arena), fine.leaf_count, &fine, keep(nodes, arena)};
   ignore_pairs(ignored, arena, level);
   *out = level;
   return Status::kOk;

@@ -261,6 +261,7 @@ class JobSearch {
     }
     for (std::size_t i = 0; i < job_.inputs.size; ++i) {
       remark_on_rules(i);
+      remark_on_level(i);
       remark_on_masks(i);
     }
     if (text_.length() == 0) text_.add("nothing is wrong");
@@ -273,6 +274,16 @@ class JobSearch {
     if (job_.rules.empty()) return;
     begin_remark();
     text_.add("inputs[%zu] is in no rule: its instances are in no pair", i);
+  }
+
+  // Characters of so few boxes are tested faster than a level of them (docs/policies.md, Levels of detail).
+  void remark_on_level(std::size_t i) {
+    constexpr std::uint32_t kFewLeaves = 16;
+    const Lod& lod = engine_.batch(job_.inputs[i].batch).articulation->lod;
+    if (lod.leaf_of_link.empty() || lod.finest_leaves > kFewLeaves) return;
+    begin_remark();
+    text_.add("inputs[%zu] is of a level of an articulation of %u boxes: with so few boxes no level saves time", i,
+              lod.finest_leaves);
   }
 
   void remark_on_masks(std::size_t i) {

@@ -221,6 +221,11 @@ TEST_CASE("a job that a frame would take is explained by what may not be meant")
   setting.rules[0] = {{1}, {1}};
   setting.job.rules = setting.rules;
   CHECK(explained(*setting.engine, setting.job) == "inputs[1] is in no rule: its instances are in no pair");
+  setting.rules[0] = {{1}, {6}};
+  setting.inputs[1].batch = {6};
+  CHECK(explained(*setting.engine, setting.job) ==
+        "inputs[1] is of a level of an articulation of 3 boxes: with so few boxes no level saves time");
+  setting.inputs[1].batch = {2};
   setting.rules[0] = {{1}, {2}};
   for (int k = 0; k < 4; ++k) setting.poses.pose(2, 1)[k] = 0;
   setting.poses.pose(3, 2)[5] = kNan;
