@@ -231,6 +231,12 @@ TEST_CASE("a frame of listed instances has the hits of a frame in which the othe
               const bool given = std::binary_search(listed->lists[m].begin(), listed->lists[m].end(), i);
               CHECK(found.flags[m][i] == (given ? kInstanceOk : 0xee));
             }
+          // Which instances the engine takes for live shows in its order: these come first.
+          const std::vector<std::uint32_t>& list = listed->lists[0];
+          std::vector<std::uint32_t> order(150);
+          REQUIRE(spatial_order(*engine, {1}, order) == Status::kOk);
+          std::sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(list.size()));
+          CHECK(std::equal(list.begin(), list.end(), order.begin()));
           hits += found.hits.size();
         }
       }
