@@ -123,7 +123,7 @@ Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
 
 Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept {
   return guarded([&] {
-    Call call(engine, Access::kReads);
+    Call call(engine, Access::kReadsOnOneThread);
     if (!call.admitted()) return Status::kBusy;
     const kernel::FloatMode mode;
     if (const Status status = validate_policies(job.policies); status != Status::kOk) return status;

@@ -279,8 +279,9 @@ class JobSearch {
   // Characters of so few boxes are tested faster than a level of them (docs/policies.md, Levels of detail).
   void remark_on_level(std::size_t i) {
     constexpr std::uint32_t kFewLeaves = 16;
-    const Lod& lod = engine_.batch(job_.inputs[i].batch).articulation->lod;
-    if (lod.leaf_of_link.empty() || lod.finest_leaves > kFewLeaves) return;
+    const InstanceBatch& batch = engine_.batch(job_.inputs[i].batch);
+    const Lod& lod = batch.articulation->lod;
+    if (batch.kind != BatchKind::kCharacters || lod.leaf_of_link.empty() || lod.finest_leaves > kFewLeaves) return;
     begin_remark();
     text_.add("inputs[%zu] is of a level of an articulation of %u boxes: with so few boxes no level saves time", i,
               lod.finest_leaves);

@@ -149,7 +149,7 @@ MaskReason mask_reason(const InstanceBatch& batch, std::uint32_t instance) {
 }
 
 Status why_masked(Engine& engine, const BatchInput& input, std::uint32_t instance, MaskReason* out) noexcept try {
-  Call call(engine, Access::kReads);
+  Call call(engine, Access::kReadsOnOneThread);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;

@@ -10,7 +10,7 @@ namespace cab {
 // stats; the hits of two links name their lowest leaf pair that touches. The strategy is ignored, and nothing rests:
 // the next frame takes all instances for moved, and queries have no bounds to reuse.
 // Cost: serial, and quadratic in instances and in leaves. Allocates a byte per instance and 24 per hit from operator
-// new while it runs. Statuses: those of run_frame but kMovedAtRest. Thread: any, one call per engine at a time.
+// new while it runs. Statuses: those of run_frame but kMovedAtRest. Thread: any, alone on its engine.
 [[nodiscard]] Status run_all_pairs(Engine& engine, FrameJob& job) noexcept;
 
 }  // namespace cab

@@ -58,7 +58,7 @@ struct Keyed {
 }  // namespace
 
 Status spatial_order(Engine& engine, BatchId id, Span<std::uint32_t> order) noexcept try {
-  Call call(engine, Access::kReads);
+  Call call(engine, Access::kReadsOnOneThread);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (!has_batch(engine, id)) return Status::kUnknownBatch;

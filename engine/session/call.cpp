@@ -8,16 +8,39 @@
 
 namespace cab {
 
+namespace {
+
+// A reader that no read uses, or null. The first one has the engine's threads.
+Reader* free_reader(const Engine& engine, bool needs_threads) {
+  Reader* out = nullptr;
+  for (const auto& reader : engine.readers)
+    if (!reader->in_use && (!out || !needs_threads)) out = reader.get();
+  return out;
+}
+
+}  // namespace
+
 Call::Call(Engine& engine, Access access) : engine_(engine) {
   Holders& holders = engine.holders;
-  const std::lock_guard lock(holders.mutex);
-  if (holders.is_changing || (access == Access::kChanges && holders.reading > 0)) return;
-  if (access == Access::kChanges) {
-    holders.is_changing = true;
-  } else {
-    reader_ = &free_reader(engine);
-    reader_->in_use = true;
-    ++holders.reading;
+  {
+    const std::lock_guard lock(holders.mutex);
+    if (holders.is_changing || (access == Access::kChanges && holders.reading > 0)) return;
+    if (access == Access::kChanges) {
+      holders.is_changing = true;
+    } else {
+      ++holders.reading;
+      reader_ = free_reader(engine, access == Access::kReads);
+      if (reader_) reader_->in_use = true;
+    }
+  }
+  if (access != Access::kChanges && !reader_) {
+    try {
+      reader_ = &add_reader(engine);
+    } catch (...) {
+      const std::lock_guard lock(holders.mutex);
+      --holders.reading;
+      throw;
+    }
   }
   admitted_ = true;
 }
@@ -37,8 +60,16 @@ Call::~Call() {
 
 void Call::unbind() {
   for (const auto& slot : batches()) {
-    static_cast<BoundInput&>(slot->batch) = {};
-    slot->batch.instance_count = slot->batch.capacity;
+    if (!slot->in_use()) continue;
+    if (slot->completed.batch.value) slot->completed = {};
+    if (reader_) {
+      slot->batch = {};
+      slot->fcl_shapes = nullptr;
+      slot->convex_shapes = nullptr;
+    } else {
+      static_cast<BoundInput&>(slot->batch) = {};
+      slot->batch.instance_count = slot->batch.capacity;
+    }
   }
 }
 

@@ -9,8 +9,9 @@
 namespace cab {
 
 enum class Access {
-  kChanges,  // of the engine: the only call that runs
-  kReads,    // beside other calls that read
+  kChanges,           // of the engine: the only call that runs
+  kReads,             // beside other reads, with the engine's threads unless another one has them
+  kReadsOnOneThread,  // likewise, leaving these threads to others if it can
 };
 
 // Holds the engine for the duration of one call. The destructor lets go of it and clears the bindings, so that no
@@ -30,7 +31,7 @@ class Call {
   // Of a call that reads.
   Reader& reader() const { return *reader_; }
 
-  // The batches that the call binds, and no others of a call that reads: those are empty, or what they were.
+  // All batches of the engine. For a read, its reader's copies: only those are valid that it has bound or copied.
   StoredBatches batches() const { return reader_ ? StoredBatches(reader_->batches) : engine_.stored_batches(); }
   InstanceBatch& batch(BatchId id) const { return batches()[slot_of(id).value - 1]->batch; }
 
@@ -43,7 +44,7 @@ class Call {
   // whether the call reads bounds instead of poses.
   void bind(const BatchInput& input, bool by_bounds = false);
 
-  // Copies a batch for a read that does not bind it, but looks at what is stored of it.
+  // Copies a batch for a read that looks at what is stored of it without binding it.
   void copy_stored(std::size_t index);
 
   // Stores the bounds of a batch as the last frame had them, if the crowd has them still (store_crowd_bounds).

@@ -221,7 +221,7 @@ Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
 }
 
 Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& policies, Span<Box> boxes) noexcept try {
-  Call call(engine, Access::kReads);
+  Call call(engine, Access::kReadsOnOneThread);
   if (!call.admitted()) return Status::kBusy;
   const kernel::FloatMode mode;
   if (const Status status = validate_policies(policies); status != Status::kOk) return status;

@@ -99,7 +99,7 @@ HistoryMemoryPtr make_history_memory(const HistoryMemory& like, std::size_t hist
 std::size_t query_bytes(const Engine& engine);
 std::size_t history_bytes(const Engine& engine);
 
-// What a call works with that reads the engine: several such calls may run beside each other, each with a reader.
+// What a read works with. Several reads may run beside each other, each with a reader of its own.
 struct Reader {
   bool in_use = false;
   WorkerPool* pool = nullptr;  // that of the engine for the first reader, else own_pool
@@ -112,7 +112,7 @@ struct Reader {
 
 // Which calls hold an engine.
 struct Holders {
-  std::mutex mutex;          // held for as long as a call begins or ends
+  std::mutex mutex;          // held while a call begins or ends
   bool is_changing = false;  // a call that changes the engine: it is the only one
   std::uint32_t reading = 0;
 };
@@ -138,6 +138,7 @@ struct Engine {
   std::unique_ptr<Arena>
       shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store
   std::vector<std::unique_ptr<Reader>> readers;  // at least one, and one for each read that ran beside others
+  std::mutex adding_reader;                      // held by a read that makes a reader for itself
   std::mutex bounds_mutex;  // held by a read that stores the last frame's bounds (store_crowd_bounds)
   mutable Holders holders;
   FrameInProgressPtr frame;  // holds a Call itself, so it is destroyed first

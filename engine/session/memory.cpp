@@ -206,9 +206,8 @@ void size_memory(Engine& engine) {
   place_sequences(engine);
 }
 
-Reader& free_reader(Engine& engine) {
-  for (const auto& reader : engine.readers)
-    if (!reader->in_use) return *reader;
+Reader& add_reader(Engine& engine) {
+  const std::lock_guard one_at_a_time(engine.adding_reader);
   const Reader& first = *engine.readers[0];
   auto made = std::make_unique<Reader>();
   made->pool = &made->own_pool;
@@ -218,6 +217,8 @@ Reader& free_reader(Engine& engine) {
   size_reader(engine, *made);
   if (first.queries) made->queries = make_query_memory(engine.sized, 1, engine.allocator);
   if (first.past) made->past = make_history_memory(*first.past, engine.histories.size(), engine.allocator);
+  made->in_use = true;
+  const std::lock_guard lock(engine.holders.mutex);
   engine.readers.push_back(std::move(made));
   return *engine.readers.back();
 }

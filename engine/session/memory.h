@@ -12,11 +12,11 @@ WorkerPtr make_worker(const Allocator& allocator);
 std::size_t character_count(const Engine& engine);
 
 // If the memory of the workers, and what they share, does not suffice for every frame with the engine's batches, makes
-// memory that does, and replaces the old one. Changes nothing if memory runs out. Throws std::bad_alloc.
+// memory that does, and replaces the old one. If memory runs out, what is there stays. Throws std::bad_alloc.
 void size_memory(Engine& engine);
 
-// A reader that no call uses: one that is there, or a new one. Throws std::bad_alloc.
-Reader& free_reader(Engine& engine);
+// Makes a reader that is in use, while a read holds the engine. Throws std::bad_alloc.
+Reader& add_reader(Engine& engine);
 
 // The same as size_memory for batches that may be added.
 void reserve_memory(const ReserveDesc& desc, Engine& engine);

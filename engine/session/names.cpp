@@ -16,7 +16,7 @@ const char* to_string(Status status) noexcept {
   switch (status) {
     case Status::kOk: return "ok";
     case Status::kOutOfMemory: return "an allocation failed";
-    case Status::kBusy: return "another call on the same engine is running, and one of the two changes it";
+    case Status::kBusy: return "another call on the same engine is running, and one of the two must run alone";
     case Status::kIsaNotAvailable: return "isa is an instruction set that this CPU or this build lacks";
     case Status::kBadAbiVersion: return "the program was compiled for another ABI of the C API than this library has";
     case Status::kBadScheduler: return "scheduler lacks parallel_for, or its worker_count is 0 or above 1024";

@@ -163,7 +163,14 @@ std::string text_of(const Write& write) {
 template <class Call>
 auto EngineHandle::changing(const Call& call) const {
   const py::gil_scoped_release release;
-  const std::lock_guard<std::mutex> lock(mutex_);
+  const std::unique_lock lock(mutex_);
+  return call();
+}
+
+template <class Call>
+auto EngineHandle::reading(const Call& call) const {
+  const py::gil_scoped_release release;
+  const std::shared_lock lock(mutex_);
   return call();
 }
 
@@ -371,7 +378,7 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
   if (wanted_room > query_room_) {
     const Status status = changing([&] { return cab::reserve(*held, {0, 0, wanted_room, 0}); });
     require(status);
-    query_room_ = wanted_room;
+    query_room_ = std::max(query_room_, wanted_room);
   }
   py::array found(py::dtype::of<bool>(), static_cast<py::ssize_t>(job.queries.size));
   job.found = {static_cast<std::uint8_t*>(found.mutable_data()), job.queries.size};
@@ -379,7 +386,7 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
   for (;;) {
     py::array hits = empty_array(query_hit_dtype(), room);
     job.hits = {static_cast<QueryHit*>(hits.mutable_data()), room};
-    const Status status = released([&] { return cab::run_queries(*held, job); });
+    const Status status = reading([&] { return cab::run_queries(*held, job); });
     if (status == Status::kOk || status == Status::kHitsOverflow)
       query_hit_room_ = job.hits_needed + job.hits_needed / 4 + 64;
     if (status == Status::kHitsOverflow) {
@@ -400,8 +407,8 @@ py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs,
   const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
   py::array contacts = empty_array(contact_dtype(), pair_list.size());
   const auto contact_list = values_of<Contact>(contacts);
-  const Status status = released(
-      [&] { return cab::compute_contacts(*held, call_inputs.all(), policies.depth, pair_list, contact_list); });
+  const Status status =
+      reading([&] { return cab::compute_contacts(*held, call_inputs.all(), policies.depth, pair_list, contact_list); });
   require(status);
   return contacts;
 }
@@ -414,7 +421,7 @@ py::array EngineHandle::compute_boxes(const FrameInput& input, const PolicyNames
   // Zeros, since boxes of instances that are not listed are not written.
   py::array boxes = py::module_::import("numpy").attr("zeros")(input.count() * nodes, box_dtype());
   const auto box_list = values_of<Box>(boxes);
-  const Status status = released([&] { return cab::compute_boxes(*held, call_input.only(), values, box_list); });
+  const Status status = reading([&] { return cab::compute_boxes(*held, call_input.only(), values, box_list); });
   require(status);
   return boxes.attr("reshape")(input.count(), nodes);
 }
@@ -424,7 +431,7 @@ py::array EngineHandle::sweep_margins(const FrameInput& last, const FrameInput& 
   py::array margins = py::module_::import("numpy").attr("zeros")(input.count(), py::dtype::of<float>());
   const Span<float> values = {static_cast<float*>(margins.mutable_data()), input.count()};
   const CallInputs before(last), now(input);
-  const Status status = released([&] { return cab::sweep_margins(*held, before.only(), now.only(), values); });
+  const Status status = reading([&] { return cab::sweep_margins(*held, before.only(), now.only(), values); });
   require(status);
   return margins;
 }
@@ -438,7 +445,7 @@ py::array EngineHandle::find_touching_moments(const std::vector<FrameInput*>& la
   py::array moments = empty_array(py::dtype::of<float>(), pair_list.size());
   const auto values = values_of<float>(moments);
   const Status status =
-      released([&] { return cab::find_touching_moments(*held, before.all(), now.all(), steps, pair_list, values); });
+      reading([&] { return cab::find_touching_moments(*held, before.all(), now.all(), steps, pair_list, values); });
   require(status);
   return moments;
 }
@@ -447,7 +454,7 @@ py::array EngineHandle::spatial_order(std::uint64_t batch) {
   const std::shared_ptr<Engine> held = engine();
   py::array order = empty_array(py::dtype::of<std::uint32_t>(), record(batch).instance_count);
   const auto values = values_of<std::uint32_t>(order);
-  const Status status = released([&] { return cab::spatial_order(*held, {batch}, values); });
+  const Status status = reading([&] { return cab::spatial_order(*held, {batch}, values); });
   require(status);
   return order;
 }
@@ -456,7 +463,7 @@ py::tuple EngineHandle::why_masked(const FrameInput& input, std::uint32_t instan
   const std::shared_ptr<Engine> held = engine();
   const CallInputs call_input(input);
   MaskReason reason;
-  require(released([&] { return cab::why_masked(*held, call_input.only(), instance, &reason); }));
+  require(reading([&] { return cab::why_masked(*held, call_input.only(), instance, &reason); }));
   return py::make_tuple(reason.cause != MaskCause::kNone, reason.link,
                         text_of([&](Span<char> text) { return explain_mask(reason, text); }));
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <shared_mutex>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -97,15 +98,19 @@ class EngineHandle {
   std::uint32_t thread_count() const;
 
  private:
-  // Runs a call that changes what the engine has, or reads it, without the interpreter's lock: one at a time.
+  // Runs a call that changes what the engine has, without the interpreter's lock: alone, but for frames.
   template <class Call>
   auto changing(const Call& call) const;
+
+  // Runs a read without the interpreter's lock: beside other reads.
+  template <class Call>
+  auto reading(const Call& call) const;
 
   std::shared_ptr<Engine> engine() const;
   BatchRecord record(std::uint64_t batch) const;
 
   std::shared_ptr<Engine> engine_;
-  mutable std::mutex mutex_;  // of `changing`; never waited for with the interpreter's lock
+  mutable std::shared_mutex mutex_;  // of `changing` and `reading`; never waited for with the interpreter's lock
   std::unordered_map<std::uint64_t, BatchRecord> batches_;
   std::size_t hit_room_ = 64;        // of the next frame
   std::size_t query_hit_room_ = 64;  // of the next queries

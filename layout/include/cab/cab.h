@@ -18,12 +18,12 @@
 //             why_masked and box_lines. The first of those that run uses the engine's threads, each further one its
 //             calling thread. Any other call with an `Engine&`, such as a frame, runs alone: while it runs, all others
 //             answer kBusy and do nothing; while a read runs, it answers kBusy itself. Calls with a `const Engine&`
-//             may run at any time but while something is added or removed. No call on an engine may run while it is
-//             destroyed.
-// Memory      The caller's allocator, if there is one, serves articulations, batches and workers, one call at a time.
-//             The engine itself, FCL's shapes and temporary lists of calls come from operator new. A read beside
-//             others allocates once for itself what a worker needs, and keeps it for the next: as many are kept as
-//             reads have run at a time, until add_batch, add_history or reserve replace the engine's own memory.
+//             may run at any time but while something is added or removed. Calls that run at a time must not write the
+//             same arrays, such as `flags`. No call on an engine may run while it is destroyed.
+// Memory      The caller's allocator, if there is one, serves articulations, batches and workers. The engine itself,
+//             FCL's shapes and temporary lists of calls come from operator new. A read beside others that finds no
+//             memory for itself allocates what a worker needs, which the engine keeps for the next: as much as reads
+//             have ever run at the same time, until a call that adds, or reserve, replaces the engine's own memory.
 #pragma once
 
 #include <cab/debug.h>
@@ -157,7 +157,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
 // between the steps of a frame. `job`, and all that it names, must stay as it is until end_frame. Every other call on
-// the engine that changes it answers kBusy until then.
+// the engine answers kBusy until then, reads too.
 //
 //   begin_frame(engine, job);
 //   while (next_tasks(engine, &count) == Status::kOk && count > 0)
@@ -319,8 +319,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 
 // Writes in words what is wrong with a job: the first thing that run_frame would refuse it for (but for kMovedAtRest),
 // with member, index and value, and the words of the status. For a job that run_frame would take, it says what may not
-// be meant: no inputs, no rules, inputs that are in no rule, instances that are masked, and why. One remark per line,
-// without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
+// be meant: no inputs, no rules, inputs that are in no rule or of a level that saves no time, instances that are masked,
+// and why. One remark per line, without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
 // receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so.

@@ -236,8 +236,8 @@ typedef struct cab_IgnoredPairSpan {
 } cab_IgnoredPairSpan;
 
 // How inner boxes are made in each frame. The comments of the values are their meanings in cab_policy_table(), word for
-// word; so are those of the enumerations below. From CAB_REFIT_CAB_SUM on they are the paper's, for comparison: no
-// scene is known where one is the best choice. Refits of oriented boxes come first.
+// word; so are those of the enumerations below. From CAB_REFIT_CAB_SUM on they are the paper's others, for comparison:
+// no measured scene with the same hits favours one of them. Refits of oriented boxes come first.
 typedef uint8_t cab_Refit;
 enum {
   CAB_REFIT_CAB = 0,    // the paper's CAB: oriented boxes along the main axis of two jointed children
@@ -324,7 +324,7 @@ typedef struct cab_PolicyField {
   const char* meaning;            // what the field decides, in one phrase
   const cab_PolicyValue* values;  // value_count of them, in the order of the enumeration
   uint32_t value_count;           // how many values the enumeration has
-  uint32_t use_count;             // how many of these, the first ones, are for use: the others are for comparison
+  uint32_t use_count;             // how many of them, from the first on, are for use; the rest is for comparison
 } cab_PolicyField;
 
 // The one table of policies, one row per field of Policies in the order of its fields. The library, the command line,
@@ -364,7 +364,7 @@ typedef int32_t cab_Status;
 enum {
   CAB_STATUS_OK = 0,                 // ok
   CAB_STATUS_OUT_OF_MEMORY = 1,      // an allocation failed
-  CAB_STATUS_BUSY = 2,               // another call on the same engine is running, and one of the two changes it
+  CAB_STATUS_BUSY = 2,               // another call on the same engine is running, and one of the two must run alone
   CAB_STATUS_ISA_NOT_AVAILABLE = 3,  // isa is an instruction set that this CPU or this build lacks
   CAB_STATUS_BAD_ABI_VERSION = 4,    // the program was compiled for another ABI of the C API than this library has
   CAB_STATUS_BAD_SCHEDULER = 5,      // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
@@ -1108,9 +1108,9 @@ typedef struct cab_FrameJob {
 
 // ----------------------------------------------------------------------------------------------------------- engine
 
-// Where an engine takes its memory from. cab_create_engine copies this struct. Only cab_add_articulation,
-// cab_add_batch, reserve, the calls that remove, and cab_destroy_engine call the functions, on their own thread.
-// Neither function may throw.
+// Where an engine takes its memory from. cab_create_engine copies this struct. Only the calls that add or remove,
+// reserve, cab_destroy_engine, and reads beside others (cab/cab.h, Memory) call the functions: on their own thread, of
+// one engine one call at a time. Neither function may throw, or call cab.
 typedef struct cab_Allocator {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user;
@@ -1145,15 +1145,14 @@ typedef struct cab_Scheduler {
 // What a caller's profiler is told. cab_create_engine copies this struct. The functions are called on the thread that
 // does the work, in pairs that lie within each other, and on several threads at the same time: by cab_run_frame with
 // "frame" around all of it; by cab_run_queries with "queries"; and by cab_run_frame and cab_run_task, for each task,
-// with the name of its step: "bound", "keep", "count", "insert", "pair", "count hits", "write hits", "pair by key",
-// "sequences" or "contacts". They run in the library's floating-point mode, take time away from the frame, and must not
-// throw.
+// with the name of its step: "bound", "sort", "pair", "keep order", "count hits", "write hits", "sequences" or
+// "contacts". They run in the library's floating-point mode, take time away from the frame, and must not throw.
 typedef struct cab_Profiler {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user;
 
-  // Called when a phase begins. The name lives as long as the program. worker: as of Scheduler; 0 for "frame" and
-  // "queries". Required.
+  // Called when a phase begins. The name lives as long as the program. worker: that of the Scheduler; 0 for "frame"
+  // and "queries", so calls of cab_run_queries beside each other are told apart by their threads. Required.
   void (*begin)(void* user, const char* phase, uint32_t worker);
 
   // Called when the phase ends, with the same name and worker. Required.
@@ -1591,7 +1590,7 @@ CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
 // between the steps of a frame. `job`, and all that it names, must stay as it is until cab_end_frame. Every other call
-// on the engine that changes it answers CAB_STATUS_BUSY until then.
+// on the engine answers CAB_STATUS_BUSY until then, reads too.
 //
 //   cab_begin_frame(engine, job);
 //   while (cab_next_tasks(engine, &count) == CAB_STATUS_OK && count > 0)
@@ -1754,11 +1753,11 @@ CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* inpu
 
 // Writes in words what is wrong with a job: the first thing that cab_run_frame would refuse it for (but for
 // CAB_STATUS_MOVED_AT_REST), with member, index and value, and the words of the status. For a job that cab_run_frame
-// would take, it says what may not be meant: no inputs, no rules, inputs that are in no rule, instances that are
-// masked, and why. One remark per line, without a newline at the end. Returns the number of characters of the whole
-// text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end unless its size is 0.
-// Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
-// engine is running, the text says so.
+// would take, it says what may not be meant: no inputs, no rules, inputs that are in no rule or of a level that saves
+// no time, instances that are masked, and why. One remark per line, without a newline at the end. Returns the number of
+// characters of the whole text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end
+// unless its size is 0. Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If
+// another call on the engine is running, the text says so.
 // Thread: any, alone on its engine.
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
 

@@ -15,8 +15,8 @@
 namespace cab {
 
 // How inner boxes are made in each frame. The comments of the values are their meanings in policy_table(), word for
-// word; so are those of the enumerations below. From kCabSum on they are the paper's, for comparison: no scene is known
-// where one is the best choice. Refits of oriented boxes come first.
+// word; so are those of the enumerations below. From kCabSum on they are the paper's others, for comparison: no measured
+// scene with the same hits favours one of them. Refits of oriented boxes come first.
 enum class Refit : std::uint8_t {
   kCab,           // the paper's CAB: oriented boxes along the main axis of two jointed children
   kBest3,         // of three oriented boxes, along the axes of cab and of each child, the one of least surface
@@ -95,7 +95,7 @@ struct PolicyField {
   const char* meaning;        // what the field decides, in one phrase
   const PolicyValue* values;  // value_count of them, in the order of the enumeration
   std::uint32_t value_count;  // how many values the enumeration has
-  std::uint32_t use_count;    // how many of these, the first ones, are for use: the others are for comparison
+  std::uint32_t use_count;    // how many of them, from the first on, are for use; the rest is for comparison
 };
 
 // The one table of policies, one row per field of Policies in the order of its fields. The library, the command line,

@@ -49,7 +49,7 @@ namespace cab {
 enum class Status : std::int32_t {
   kOk = 0,               // ok
   kOutOfMemory,          // an allocation failed
-  kBusy,                 // another call on the same engine is running, and one of the two changes it
+  kBusy,                 // another call on the same engine is running, and one of the two must run alone
   kIsaNotAvailable,      // isa is an instruction set that this CPU or this build lacks
   kBadAbiVersion,        // the program was compiled for another ABI of the C API than this library has
   kBadScheduler,         // scheduler lacks parallel_for, or its worker_count is 0 or above 1024
@@ -758,8 +758,9 @@ struct FrameJob {
 
 // ----------------------------------------------------------------------------------------------------------- engine
 
-// Where an engine takes its memory from. create_engine copies this struct. Only add_articulation, add_batch, reserve,
-// the calls that remove, and destroy_engine call the functions, on their own thread. Neither function may throw.
+// Where an engine takes its memory from. create_engine copies this struct. Only the calls that add or remove, reserve,
+// destroy_engine, and reads beside others (cab/cab.h, Memory) call the functions: on their own thread, of one engine one
+// call at a time. Neither function may throw, or call cab.
 struct Allocator {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
@@ -792,14 +793,13 @@ struct Scheduler {
 // What a caller's profiler is told. create_engine copies this struct. The functions are called on the thread that does
 // the work, in pairs that lie within each other, and on several threads at the same time: by run_frame with "frame"
 // around all of it; by run_queries with "queries"; and by run_frame and run_task, for each task, with the name of its
-// step: "bound", "keep", "count", "insert", "pair", "count hits", "write hits", "pair by key", "sequences" or
-// "contacts". They run in the library's floating-point mode, take time away from the frame, and must not throw.
+// step: "bound", "sort", "pair", "keep order", "count hits", "write hits", "sequences" or "contacts". They run in the library's floating-point mode, take time away from the frame, and must not throw.
 struct Profiler {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
 
-  // Called when a phase begins. The name lives as long as the program. worker: as of Scheduler; 0 for "frame" and
-  // "queries". Required.
+  // Called when a phase begins. The name lives as long as the program. worker: that of the Scheduler; 0 for "frame"
+  // and "queries", so calls of run_queries beside each other are told apart by their threads. Required.
   void (*begin)(void* user, const char* phase, std::uint32_t worker) = nullptr;
 
   // Called when the phase ends, with the same name and worker. Required.

@@ -267,7 +267,7 @@ class World:
     """Characters and static bodies that live at the same time.
 
     threads  how many threads calls run on; 0: all cores. The interpreter's lock is released in calls. Queries, boxes
-             and contacts may run in several threads at a time, anything else alone: another call gets `BusyError`.
+             and contacts may run in several threads at a time. A frame runs alone: another call gets `BusyError`.
     isa      the instruction set, one of `cab.isas()`, or "auto". All give the same bits.
     """
 
