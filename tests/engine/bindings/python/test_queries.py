@@ -1,5 +1,7 @@
 """Queries: what rays, shapes, points and regions meet, now and in the past."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
@@ -134,3 +136,29 @@ def test_a_character_of_a_batch_that_was_removed_cannot_be_left_out(rng, chain):
     with pytest.raises(cab.InputError, match="^query 0: ") as caught:
         world.query(shots, poses)
     assert caught.value.status is cab.Status.UNKNOWN_BATCH
+
+
+def test_several_threads_query_one_world(rng):
+    world = cab.World()
+    crowd = world.add(make_chain(8), 300)
+    poses, origins = random_poses(rng, 300, 8), rng.uniform(-6, 6, (300, 3))
+    world.run(crowd.posed(poses, origins=origins))
+    # Growing counts, so that the memory of queries grows while others ask.
+    asked = [cab.rays(rng.uniform(-8, 8, (n, 3)), rng.normal(size=(n, 3)), want="all") for n in (1, 70, 300, 900)]
+    alone = cab.World()
+    same = alone.add(make_chain(8), 300).posed(poses, origins=origins)
+    alone.run(same)
+    expected = [alone.query(queries, same).hits for queries in asked]
+    assert sum(len(hits) for hits in expected) > 100
+
+    def ask(first):
+        posed = crowd.posed(poses, origins=origins)  # each thread has flags of its own
+        for k in range(40):
+            which = k if k < len(asked) else (first + k) % len(asked)
+            assert (world.query(asked[which], posed, reuse_bounds=k % 2 == 0).hits == expected[which]).all()
+            if k % 10 == 0:
+                world.boxes(posed)
+        return True
+
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(ask, range(4)))
