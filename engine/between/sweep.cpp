@@ -1,7 +1,7 @@
 // How far instances move between two frames: the margins by which a frame finds what touches in between.
 #include "engine/session/call.h"
 #include "engine/session/validate.h"
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "engine/step/update.h"
 #include "kernels/float_mode.h"
 #include "kernels/pose_leaves.h"
@@ -145,8 +145,8 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
   const std::uint32_t tiles = tile_count(active_count(batch));
   WorkerPool& pool = *call.reader().pool;
   pool.tasks->alone = tiles <= kTilesAlone;
-  pool.tasks->for_each(tiles,
-                       [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, pool[worker].pose); });
+  pool.tasks->for_each(
+      tiles, [&](std::uint32_t tile, std::uint32_t worker) { sweep.measure_tile(tile, pool.pose_of(worker)); });
   return Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }
 

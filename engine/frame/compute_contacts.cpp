@@ -2,7 +2,6 @@
 #include "engine/exact/leaf_pairs.h"
 #include "engine/frame/contacts.h"
 #include "engine/session/validate.h"
-#include "engine/session/worker.h"
 #include "kernels/float_mode.h"
 
 #include <algorithm>
@@ -17,7 +16,7 @@ void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> 
   pool.tasks->for_each(contact_tasks(pairs.size), [&](std::uint32_t task, std::uint32_t w) {
     const std::size_t begin = std::size_t{task} * kContactsPerTask,
                       end = std::min(begin + kContactsPerTask, pairs.size);
-    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, pool[w].exact);
+    test.contacts(frame, {pairs.data + begin, end - begin}, contacts + begin, pool.exact_of(w));
     for (std::size_t i = begin; i < end; ++i) {
       const Hit& pair = pairs[i];
       if (is_valid_pose(frame.batch(pair.batch_a.value - 1), pair.instance_a, pair.link_a) &&

@@ -8,7 +8,7 @@
 #include "engine/session/call.h"
 #include "engine/session/slots.h"
 #include "engine/session/validate.h"
-#include "engine/session/worker.h"
+#include "engine/step/pose_scratch.h"
 #include "engine/step/quaternion_of.h"
 #include "engine/step/update.h"
 #include "kernels/float_mode.h"
@@ -250,7 +250,7 @@ void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batc
   const std::uint32_t given = tile_count(active_count(batch)), all = tile_count(history.instances);
   engine.pool.tasks->alone = all <= kTilesAlone;
   engine.pool.tasks->for_each(given, [&](std::uint32_t tile, std::uint32_t w) {
-    keep_tile(frame, batch, tile, engine.pool[w].pose, tick, history.next);
+    keep_tile(frame, batch, tile, engine.pool.pose_of(w), tick, history.next);
   });
   tick.at.bounds = history.next;
   build_index_of_one(slot, tick.at);

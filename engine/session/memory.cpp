@@ -193,6 +193,10 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
 
 }  // namespace
 
+PoseScratch& WorkerPool::pose_of(std::uint32_t worker) const { return workers[worker]->pose; }
+
+ExactScratch& WorkerPool::exact_of(std::uint32_t worker) const { return workers[worker]->exact; }
+
 WorkerPtr make_worker(const Allocator& allocator) { return WorkerPtr(new Worker(allocator)); }
 
 void WorkerDelete::operator()(Worker* worker) const { delete worker; }

@@ -8,6 +8,8 @@
 
 namespace cab {
 
+struct ExactScratch;
+struct PoseScratch;
 struct Worker;
 struct WorkerDelete {
   void operator()(Worker* worker) const;
@@ -19,6 +21,10 @@ struct WorkerPool {
   std::vector<WorkerPtr> workers;
 
   Worker& operator[](std::uint32_t worker) const { return *workers[worker]; }
+
+  // Of a worker, for those that need no more of it (engine/session/memory.cpp).
+  PoseScratch& pose_of(std::uint32_t worker) const;
+  ExactScratch& exact_of(std::uint32_t worker) const;
 
   // Number of workers that run tasks in this frame.
   std::size_t working_count() const { return tasks->alone ? 1 : workers.size(); }
