@@ -643,6 +643,14 @@ TEST_CASE("nothing is appended to a recording that is damaged before its end") {
   CHECK_FALSE(recorder.open(file.path(), options));
   CHECK(std::string(recorder.error()).find("append: the recording is damaged") != std::string::npos);
   CHECK(file.bytes() == bytes);
+  // Damage after the first chunk: the recording opens, with the frames before it.
+  bytes = two_chunks(false);
+  bytes[bytes.size() - 40] = static_cast<std::uint8_t>(bytes[bytes.size() - 40] ^ 1);
+  file.write(bytes);
+  CHECK(record::Recording().open(file.path()));
+  CHECK_FALSE(recorder.open(file.path(), options));
+  CHECK(std::string(recorder.error()).find("append: the recording is damaged") != std::string::npos);
+  CHECK(file.bytes() == bytes);
   file.write({'n', 'o', 't', 'e', 's'});
   CHECK_FALSE(recorder.open(file.path(), options));
   CHECK(std::string(recorder.error()).find("it does not begin with CABREC") != std::string::npos);
