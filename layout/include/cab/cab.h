@@ -319,9 +319,9 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 
 // Writes in words what is wrong with a job: the first thing that run_frame would refuse it for (but for kMovedAtRest),
 // with member, index and value, and the words of the status. For a job that run_frame would take, it says what may not
-// be meant: no inputs, no rules, inputs that are in no rule or of a level that saves no time, instances that are masked,
-// and why. One remark per line, without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
-// receives as much of it as fits, with a 0 at the end unless its size is 0.
+// be meant: no inputs, no rules, inputs that are in no rule or of a level that saves no time, instances that are
+// masked, and why. One remark per line, without a newline at the end. Returns the number of characters of the whole
+// text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end unless its size is 0.
 // Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
 // engine is running, the text says so.
 // Thread: any, alone on its engine.

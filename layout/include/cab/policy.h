@@ -15,8 +15,8 @@
 namespace cab {
 
 // How inner boxes are made in each frame. The comments of the values are their meanings in policy_table(), word for
-// word; so are those of the enumerations below. From kCabSum on they are the paper's others, for comparison: no measured
-// scene with the same hits favours one of them. Refits of oriented boxes come first.
+// word; so are those of the enumerations below. From kCabSum on they are the paper's others, for comparison: no
+// measured scene with the same hits favours one of them. Refits of oriented boxes come first.
 enum class Refit : std::uint8_t {
   kCab,           // the paper's CAB: oriented boxes along the main axis of two jointed children
   kBest3,         // of three oriented boxes, along the axes of cab and of each child, the one of least surface

@@ -759,8 +759,8 @@ struct FrameJob {
 // ----------------------------------------------------------------------------------------------------------- engine
 
 // Where an engine takes its memory from. create_engine copies this struct. Only the calls that add or remove, reserve,
-// destroy_engine, and reads beside others (cab/cab.h, Memory) call the functions: on their own thread, of one engine one
-// call at a time. Neither function may throw, or call cab.
+// destroy_engine, and reads beside others (cab/cab.h, Memory) call the functions: on their own thread, of one engine
+// one call at a time. Neither function may throw, or call cab.
 struct Allocator {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
@@ -793,7 +793,8 @@ struct Scheduler {
 // What a caller's profiler is told. create_engine copies this struct. The functions are called on the thread that does
 // the work, in pairs that lie within each other, and on several threads at the same time: by run_frame with "frame"
 // around all of it; by run_queries with "queries"; and by run_frame and run_task, for each task, with the name of its
-// step: "bound", "sort", "pair", "keep order", "count hits", "write hits", "sequences" or "contacts". They run in the library's floating-point mode, take time away from the frame, and must not throw.
+// step: "bound", "sort", "pair", "keep order", "count hits", "write hits", "sequences" or "contacts". They run in the
+// library's floating-point mode, take time away from the frame, and must not throw.
 struct Profiler {
   // Passed to both functions. The caller owns what it points to, which must outlive the engine. Default: null.
   void* user = nullptr;
