@@ -210,9 +210,9 @@ InstanceRun instance_run(StoredBatches batches, std::uint32_t task) {
 
 }  // namespace
 
-void HitStore::reset(Span<std::uint32_t> words, const Allocator& allocator) {
+void HitStore::reset(Span<std::uint32_t> words, std::unique_ptr<Arena> for_more) noexcept {
   const auto count = static_cast<std::uint32_t>(words.size / kBlockWords);
-  grown = std::make_unique<Arena>(allocator);
+  grown = std::move(for_more);
   segments[0] = {0, count, words.data};
   segment_count = 1;
   blocks = count;

@@ -39,8 +39,8 @@ struct HitStore {
   std::atomic<std::uint32_t> claimed{0};  // of the current or the last frame
   bool holds_last = false;                // whether they hold all hits of the last frame, and it answered kOk
 
-  // Replaces all memory by `count` blocks.
-  void reset(Span<std::uint32_t> words, const Allocator& allocator);
+  // Replaces all memory by the blocks of `words`. for_more: an empty arena, for what they cannot hold.
+  void reset(Span<std::uint32_t> words, std::unique_ptr<Arena> for_more) noexcept;
 
   // The word with a number: that of its block, and its place in the block.
   std::uint32_t* word(std::uint32_t at) const {

@@ -164,7 +164,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
     workers.push_back(make_worker(engine.allocator));
     size_worker(*workers.back(), needs);
   }
-  auto shared = std::make_unique<Arena>(engine.allocator);
+  auto shared = std::make_unique<Arena>(engine.allocator), for_more_hits = std::make_unique<Arena>(engine.allocator);
   const auto store =
       shared->allocate<std::uint32_t>(kBlockWords, store_blocks(needs.character_instances, needs.hits, workers.size()));
   const std::size_t pairs = needs.batch_slots * needs.batch_slots;
@@ -177,6 +177,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   size_crowd(needs.character_instances ? needs.character_tiles : 0, needs.crowd_words, *shared, crowd);
   crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
   if (needs.queries) engine.readers[0]->queries = make_query_memory(needs, workers.size(), engine.allocator);
+  // From here on nothing throws: the store's words are in the memory that goes.
   engine.readers.resize(1);
   engine.rule_bits = rules;
   engine.pool.workers = std::move(workers);
@@ -186,7 +187,7 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   engine.paired.bits = paired;
   engine.paired.skipped = skipped;
   engine.paired.count = needs.batch_slots;
-  engine.hit_store.reset(store, engine.allocator);
+  engine.hit_store.reset(store, std::move(for_more_hits));
   engine.sized = needs;
   forget_rest(engine);
 }

@@ -9,7 +9,7 @@ namespace cab::tests {
 inline void shrink_store(Engine& engine) {
   HitStore& store = engine.hit_store;
   if (store.blocks == 0) return;
-  store.reset({store.segments[0].words, kBlockWords}, engine.allocator);
+  store.reset({store.segments[0].words, kBlockWords}, std::make_unique<Arena>(engine.allocator));
 }
 
 // Whether a frame had more hits than the store began with.
