@@ -311,7 +311,7 @@ TEST_CASE("reads beside each other have memory of their own: as many readers as 
   };
   read_in_read();
   const auto with_two = bytes();
-  for (int i = 0; i < 3; ++i) CHECK(with_two[i] > before[i]);
+  for (std::size_t i = 0; i < 3; ++i) CHECK(with_two[i] > before[i]);
   read_in_read();
   CHECK(bytes() == with_two);
   CHECK(engine->readers.size() == 2);
