@@ -7,7 +7,6 @@
 #include "kernels/pose_leaves.h"
 
 namespace cab {
-
 namespace {
 
 // A reader that no read uses, or null. The first one has the engine's threads.

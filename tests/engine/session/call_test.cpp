@@ -182,8 +182,12 @@ struct Inside {
   static void begin(void* user, const char*, std::uint32_t) {
     if (const auto run = std::exchange(static_cast<Inside*>(user)->run, nullptr)) run();
   }
-  Profiler profiler() {
-    return {this, begin, [](void*, const char*, std::uint32_t) {}};
+  // An engine with that profiler, of which it keeps a copy.
+  EnginePtr engine(const Scene& scene) {
+    const Profiler profiler = {this, begin, [](void*, const char*, std::uint32_t) {}};
+    EngineDesc desc;
+    desc.profiler = &profiler;
+    return scene.engine(desc);
   }
 
   // The same for the next tasks that it runs: then the inputs of a call are bound.
@@ -235,10 +239,7 @@ TEST_CASE("a read inside a frame is refused as busy") {
   Random random(2);
   const Scene scene(random, 10);
   Inside inside;
-  const Profiler profiler = inside.profiler();
-  EngineDesc desc;
-  desc.profiler = &profiler;
-  const EnginePtr engine = scene.engine(desc);
+  const EnginePtr engine = inside.engine(scene);
   QueryJob job;
   const BatchInput input = scene.world.members[0].poses.input({1});
   inside.run = [&] {
@@ -292,10 +293,7 @@ TEST_CASE("reads beside each other have memory of their own: as many readers as 
   Random random(4);
   const Scene scene(random, 10);
   Inside inside;
-  const Profiler profiler = inside.profiler();
-  EngineDesc desc;
-  desc.profiler = &profiler;
-  const EnginePtr engine = scene.engine(desc);
+  const EnginePtr engine = inside.engine(scene);
   const auto bytes = [&] {
     EngineMemory memory;
     require(engine_memory(*engine, &memory));
@@ -327,10 +325,7 @@ TEST_CASE("a read beside another sees batches and histories that were added afte
   Random random(5);
   const Scene scene(random, 10);
   Inside inside;
-  const Profiler profiler = inside.profiler();
-  EngineDesc desc;
-  desc.profiler = &profiler;
-  const EnginePtr engine = scene.engine(desc);
+  const EnginePtr engine = inside.engine(scene);
   const auto read_in_read = [&](const std::function<std::string()>& read) {
     const std::string alone = read();
     std::string within;
