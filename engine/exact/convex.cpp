@@ -87,12 +87,16 @@ struct FoundPairs {
 };
 
 // The lanes of the leaf pairs of tiles, named by kLanes * index + lane. The upper half of TilePair::lanes says which of
-// them touch.
+// them touch, and that of `touched` in which lanes any does.
 struct FoundLanes {
   TilePair* pairs;
+  std::uint32_t* touched;
   static std::uint32_t bit(std::uint32_t id) { return 1u << (kLanes + id % kLanes); }
   bool is_touching(std::uint32_t id) const { return pairs[id / kLanes].lanes & bit(id); }
-  void set_touching(std::uint32_t id) const { pairs[id / kLanes].lanes |= bit(id); }
+  void set_touching(std::uint32_t id) const {
+    pairs[id / kLanes].lanes |= bit(id);
+    *touched |= bit(id);
+  }
 };
 
 }  // namespace
@@ -132,9 +136,11 @@ void keep_touching(const FrameContext& frame, const Candidate* candidates, Fixed
 
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], FixedList<TilePair>& found,
                          ExactScratch& scratch, FrameStats& stats) {
-  ConvexTester<FoundLanes> tester(frame, scratch, {found.data});
+  std::uint32_t touched = 0;
+  ConvexTester<FoundLanes> tester(frame, scratch, {found.data, &touched});
   for (std::uint32_t i = 0; i < found.size; ++i) {
-    const TilePair& pair = found.data[i];
+    TilePair& pair = found.data[i];
+    if (frame.report == Report::kInContact) pair.lanes &= ~(touched >> kLanes);  // they are answered
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
       if (pair.lanes >> lane & 1) tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
   }

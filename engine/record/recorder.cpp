@@ -169,11 +169,12 @@ struct Recorder::Storage {
   std::uint64_t frame_bytes(const FrameJob& job) const;
   void write_frame(const FrameJob& job, bool has_contacts, double time);
   void write_moments(const FrameJob& job, bool has_contacts, double time);
+  using MomentCounts = std::map<std::uint32_t, std::uint32_t>;  // by slot: how many moments a sequence has
   struct Moment {
     std::vector<BatchInput> inputs;
     std::vector<PairRule> rules;
   };
-  Moment moment_of(const FrameJob& job, std::size_t m) const;
+  Moment moment_of(const FrameJob& job, std::size_t m, const MomentCounts& counts) const;
 };
 
 // ------------------------------------------------------------------------------------------------------------ chunks
@@ -488,18 +489,20 @@ void Recorder::Storage::write_frame(const FrameJob& job, bool has_contacts, doub
 
 // Sequences: instance m of each is a character of the frame of moment m, and the one of a fixed object is in all.
 void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, double time) {
-  std::size_t moments = 1;
-  for (const BatchInput& input : job.inputs)
-    moments = std::max<std::size_t>(moments, known(input.batch).instance_count);
-  std::map<std::uint32_t, bool> moves;  // by slot
-  for (const BatchInput& input : job.inputs)
-    moves[known(input.batch).slot] = moments == 1 || known(input.batch).instance_count > 1;
+  MomentCounts counts;
+  std::uint32_t moments = 1;
+  for (const BatchInput& input : job.inputs) {
+    const KnownBatch& batch = known(input.batch);
+    const std::uint32_t count = counts[batch.slot] = std::min(input.count, batch.instance_count);
+    moments = std::max(moments, count);
+  }
+  const auto moves = [&](BatchSlot slot) { return moments == 1 || counts[slot.value] > 1; };
   std::vector<std::vector<Hit>> hits(moments);
   std::vector<std::vector<Contact>> contacts(moments);
   for (std::size_t h = 0; h < job.hits.size; ++h) {
     Hit hit = job.hits[h];
     // What fixed objects touch alone, they touch at every moment.
-    const bool is_fixed = !moves[hit.batch_a.value] && !moves[hit.batch_b.value];
+    const bool is_fixed = !moves(hit.batch_a) && !moves(hit.batch_b);
     const std::size_t only = std::max(hit.instance_a, hit.instance_b);
     hit.instance_a = hit.instance_b = 0;
     for (std::size_t m = is_fixed ? 0 : only; m < (is_fixed ? moments : only + 1); ++m) {
@@ -511,7 +514,7 @@ void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, do
   if (options.pose_step > 0)
     for (const BatchInput& input : job.inputs) static_cast<void>(rounded_poses(gather(input, known(input.batch))));
   for (std::size_t m = 0; m < moments; ++m) {
-    const Moment moment = moment_of(job, m);
+    const Moment moment = moment_of(job, m, counts);
     FrameJob frame = job;
     frame.inputs = moment.inputs;
     frame.rules = moment.rules;
@@ -523,16 +526,17 @@ void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, do
 }
 
 // A sequence that has ended takes no part any more.
-Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std::size_t m) const {
+Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std::size_t m,
+                                                         const MomentCounts& counts) const {
   const auto is_there = [&](BatchId id) {
-    const std::uint32_t count = known(id).instance_count;
+    const std::uint32_t count = counts.at(known(id).slot);
     return count == 1 || m < count;
   };
   Moment moment;
   for (BatchInput input : job.inputs) {
     if (!is_there(input.batch)) continue;
     const KnownBatch& batch = known(input.batch);
-    const std::size_t i = batch.instance_count > 1 ? m : 0;
+    const std::size_t i = counts.at(batch.slot) > 1 ? m : 0;
     const auto one_of = [i](auto& span, std::size_t each) {
       if (span.size > 0) span = {span.data + i * each, each};
     };

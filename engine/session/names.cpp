@@ -70,7 +70,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadInContact: return "in_contact must be empty or hold one byte per instance";
     case Status::kBadScales:
       return "scales must be empty or hold one float per instance, and be empty if matrices hold scales";
-    case Status::kBadCount: return "count is above the batch's instance_count, or not all of a sequence";
+    case Status::kBadCount: return "count is above the batch's instance_count";
     case Status::kBadInstances:
       return "instances must be empty or ascend, below count and instance_count; never of a sequence";
     case Status::kBadBounds:

@@ -92,7 +92,7 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   }
   if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
-  if (n > most || (n < most && batch.kind == BatchKind::kSequence)) return Status::kBadCount;
+  if (n > most) return Status::kBadCount;
   // Whether an array is empty, or has data and `per_instance` entries for each instance.
   const auto fits = [=](const auto& span, std::size_t per_instance) {
     return span.empty() || (span.data && span.size >= per_instance * n && span.size <= per_instance * most);

@@ -410,7 +410,7 @@ enum {
   CAB_STATUS_BAD_IN_CONTACT = 40,    // in_contact must be empty or hold one byte per instance
   // scales must be empty or hold one float per instance, and be empty if matrices hold scales
   CAB_STATUS_BAD_SCALES = 41,
-  CAB_STATUS_BAD_COUNT = 42,  // count is above the batch's instance_count, or not all of a sequence
+  CAB_STATUS_BAD_COUNT = 42,  // count is above the batch's instance_count
   // instances must be empty or ascend, below count and instance_count; never of a sequence
   CAB_STATUS_BAD_INSTANCES = 43,
   CAB_STATUS_BAD_BOUNDS = 44,  // bounds must be empty or hold six finite floats per instance, none below its lower one
@@ -888,7 +888,8 @@ typedef struct cab_BatchInput {
   cab_ConstFloatSpan scales;
 
   // How many instances there are in this call, the first ones of the batch; 0 to its instance_count. The others take no
-  // part, and nothing of theirs is read. CAB_ALL_INSTANCES (default): all. A sequence always has all.
+  // part, and nothing of theirs is read. CAB_ALL_INSTANCES (default): all. A sequence of which one
+  // instance is given is a fixed object in that call.
   uint32_t count;
 
   // The numbers of the instances that are in this call, each above the one before and below `count`. The others take no
@@ -942,8 +943,8 @@ typedef struct cab_PairRule {
 
   // With CAB_PAIRING_BETWEEN: a batch that has input in the frame and is of the same kind as `a`. For characters it may
   // be `a` itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences
-  // must differ, and must have equally many instances unless one has a single instance. With CAB_PAIRING_WITHIN: `a`
-  // itself.
+  // must differ, and must have equally many instances in this call unless one has a single instance. With
+  // CAB_PAIRING_WITHIN: `a` itself.
   cab_BatchId b;
 
   // Whether different instances are paired, or the links of each instance. Default: different instances.

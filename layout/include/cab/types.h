@@ -89,7 +89,7 @@ enum class Status : std::int32_t {
   kBadLayers,            // layers and layer_masks must each be empty or hold one word per instance
   kBadInContact,         // in_contact must be empty or hold one byte per instance
   kBadScales,            // scales must be empty or hold one float per instance, and be empty if matrices hold scales
-  kBadCount,             // count is above the batch's instance_count, or not all of a sequence
+  kBadCount,             // count is above the batch's instance_count
   kBadInstances,         // instances must be empty or ascend, below count and instance_count; never of a sequence
   kBadBounds,            // bounds must be empty or hold six finite floats per instance, none below its lower one
   kBadMoved,             // moved must be empty or hold one byte per instance; never of a sequence
@@ -546,7 +546,8 @@ struct BatchInput {
   Span<const float> scales;
 
   // How many instances there are in this call, the first ones of the batch; 0 to its instance_count. The others take no
-  // part, and nothing of theirs is read. kAllInstances (default): all. A sequence always has all.
+  // part, and nothing of theirs is read. kAllInstances (default): all. A sequence of which one
+  // instance is given is a fixed object in that call.
   std::uint32_t count = kAllInstances;
 
   // The numbers of the instances that are in this call, each above the one before and below `count`. The others take no
@@ -596,7 +597,8 @@ struct PairRule {
 
   // With kBetween: a batch that has input in the frame and is of the same kind as `a`. For characters it may be `a`
   // itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences must
-  // differ, and must have equally many instances unless one has a single instance. With kWithin: `a` itself.
+  // differ, and must have equally many instances in this call unless one has a single instance. With kWithin: `a`
+  // itself.
   BatchId b;
 
   // Whether different instances are paired, or the links of each instance. Default: different instances.

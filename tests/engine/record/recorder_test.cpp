@@ -492,17 +492,20 @@ TEST_CASE("sequences of different lengths end at their own moments") {
   record::Recorder recorder;
   must(recorder, recorder.open(file.path()));
   must(recorder, recorder.add_articulation(articulation, rig.desc()));
-  const std::uint32_t counts[] = {3, 40, 1};
+  const std::uint32_t counts[] = {3, 40, 1}, rooms[] = {5, 40, 9};
   std::vector<Poses> poses;
   std::vector<BatchInput> inputs;
   std::vector<BatchId> ids(3);
   for (std::size_t b = 0; b < 3; ++b) {
-    const BatchDesc desc = {articulation, counts[b], BatchKind::kSequence};
+    const BatchDesc desc = {articulation, rooms[b], BatchKind::kSequence};
     require(add_batch(*engine, desc, &ids[b]));
     must(recorder, recorder.add_batch(ids[b], desc));
-    poses.push_back(random_poses(random, rig, counts[b], PoseFormat::kMatrix3x4Rows, {0.4, true, true, {}}));
+    poses.push_back(random_poses(random, rig, rooms[b], PoseFormat::kMatrix3x4Rows, {0.4, true, true, {}}));
   }
-  for (std::size_t b = 0; b < 3; ++b) inputs.push_back(poses[b].input(ids[b]));
+  for (std::size_t b = 0; b < 3; ++b) {
+    inputs.push_back(poses[b].input(ids[b]));
+    inputs.back().count = counts[b];
+  }
   const std::vector<PairRule> rules = {{ids[0], ids[2], Pairing::kBetween}, {ids[1], ids[2], Pairing::kBetween}};
   std::vector<Hit> hits(4096);
   FrameJob job;
