@@ -80,6 +80,8 @@ template <class V>
 std::uint32_t overlapping_words(const WordEntries& entries, PairSlots& slots, std::uint32_t* to, std::uint32_t* used);
 template <class V>
 std::uint32_t overlap_rigid_leaves(const RigidPairs& job);
+template <class V>
+void pose_states(const StateTile& tile);
 
 namespace {
 
@@ -120,7 +122,8 @@ constexpr KernelTable table_of(Isa isa) {
           place_tile<V>,
           search_strip<V>,
           overlapping_words<V>,
-          overlap_rigid_leaves<V>};
+          overlap_rigid_leaves<V>,
+          pose_states<V>};
 }
 
 struct BuiltIsa {

@@ -32,6 +32,7 @@ struct PairSlots;
 struct PlaceTile;
 struct CrowdSurvey;
 struct StripSearch;
+struct StateTile;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -75,6 +76,7 @@ struct KernelTable {
   bool (*search_strip)(StripSearch&);
   std::uint32_t (*overlapping_words)(const WordEntries&, PairSlots&, std::uint32_t* to, std::uint32_t* used);
   std::uint32_t (*overlap_rigid_leaves)(const RigidPairs&);
+  void (*pose_states)(const StateTile&);
 };
 
 }  // namespace cab::kernel

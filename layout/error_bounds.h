@@ -270,4 +270,7 @@ inline constexpr double kFlatShare = 0x1p-20;
 // and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.
 inline constexpr double kGapRounding = 0x1p-40;
 
+// The sine and cosine of kernels/sine.h are off by at most this. 2^-51; step 15.1: 2^-51.6.
+inline constexpr double kSineError = 0x1p-51;
+
 }  // namespace cab

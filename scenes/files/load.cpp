@@ -1,3 +1,4 @@
+#include <cab/cab.h>
 #include <cab/files.h>
 
 #include <exception>
@@ -64,6 +65,7 @@ struct RobotStorage {
   bool is_machine = false;
   scenes::Robot robot;
   std::optional<scenes::ArticulationStorage> articulation;
+  std::optional<scenes::Kinematics> kinematics;
   std::vector<const char*> names;
   std::vector<const char*> notes;
   std::vector<RobotVariable> variables;
@@ -186,6 +188,7 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
     storage.articulation.emplace(storage.robot.body);
     storage.names = pointers_to(storage.robot.body.link_names);
     storage.notes = pointers_to(storage.robot.notes);
+    storage.kinematics.emplace(storage.robot);
     for (const scenes::RobotVariable& variable : storage.robot.variables)
       storage.variables.push_back({variable.name.c_str(), variable.lower, variable.upper, variable.rest});
     storage.adjacent = scenes::adjacent_pairs(storage.robot);
@@ -238,16 +241,12 @@ Span<const LinkPair> Robot::listed_pairs() const noexcept {
   return storage_->robot.mujoco->listed;
 }
 
+KinematicsDesc Robot::kinematics() const noexcept {
+  return storage_ && storage_->kinematics ? storage_->kinematics->desc() : KinematicsDesc{};
+}
+
 bool Robot::write_poses(Span<const double> states, Span<float> poses) const noexcept {
-  const std::size_t variable_count = variables().size, pose_count = 7 * link_names().size;
-  if (pose_count == 0 || poses.size % pose_count != 0) return false;
-  const std::size_t state_count = poses.size / pose_count;
-  if (states.size != state_count * variable_count) return false;
-  try {
-    for (std::size_t s = 0; s < state_count; ++s)
-      scenes::write_poses(storage_->robot, states.data + s * variable_count, poses.data + s * pose_count);
-  } catch (const std::bad_alloc&) { return false; }
-  return true;
+  return compute_link_poses(kinematics(), states, Isa::kAuto, poses) == Status::kOk;
 }
 
 void Robot::write_random_states(std::uint64_t seed, std::uint64_t first, Span<double> states) const noexcept {

@@ -3,36 +3,14 @@
 
 #include "scenes/random.h"
 
-#include <cmath>
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <new>
+#include <stdexcept>
+#include <string>
 
 namespace cab::scenes {
-namespace {
-
-Quat turn(const Vec3& axis, double angle) {
-  const Vec3 v = std::sin(.5 * angle) * axis;
-  return {v[0], v[1], v[2], std::cos(.5 * angle)};
-}
-
-// How a joint moves the frame of its link.
-RigidMotion motion_of(const RobotJoint& joint, const double* state) {
-  const auto value = [&](std::size_t k) { return joint.multiplier * state[joint.variable + k] + joint.offset; };
-  RigidMotion motion;
-  if (joint.kind == JointKind::kPrismatic) {
-    motion.translation = value(0) * joint.axis;
-    return motion;
-  }
-  if (joint.kind == JointKind::kRevolute) {
-    motion.rotation = turn(joint.axis, value(0));
-  } else {
-    const Vec3 vector = {value(0), value(1), value(2)};
-    const double angle = length(vector);
-    if (angle > 0) motion.rotation = turn((1 / angle) * vector, angle);
-  }
-  motion.translation = joint.anchor - rotate(motion.rotation, joint.anchor);
-  return motion;
-}
-
-}  // namespace
 
 RigidMotion compose(const RigidMotion& a, const RigidMotion& b) {
   return {normalized(multiply(a.rotation, b.rotation)), a.translation + rotate(a.rotation, b.translation)};
@@ -55,23 +33,31 @@ void random_state(const Robot& robot, std::uint64_t seed, std::uint64_t index, d
   }
 }
 
-void pose_links(const Robot& robot, const double* state, RigidMotion* links) {
-  for (std::size_t l = 0; l < robot.links.size(); ++l) {
-    const RobotLink& link = robot.links[l];
-    const std::int32_t parent = robot.body.link_parents[l];
-    links[l] = parent < 0 ? link.place : compose(links[parent], link.place);
-    for (std::uint32_t j = link.first_joint; j < link.first_joint + link.joint_count; ++j)
-      links[l] = compose(links[l], motion_of(robot.joints[j], state));
+Kinematics::Kinematics(const Robot& robot)
+    : parents_(robot.body.link_parents), variable_count_(static_cast<std::uint32_t>(robot.variables.size())) {
+  for (const RobotLink& link : robot.links) {
+    LinkPlaceDesc& to = links_.emplace_back();
+    const Quat rotation = normalized(link.place.rotation);
+    std::copy(rotation.begin(), rotation.end(), to.rotation);
+    std::copy(link.place.translation.begin(), link.place.translation.end(), to.translation);
+    to.joint_count = link.joint_count;
+    for (std::uint32_t j = link.first_joint; j < link.first_joint + link.joint_count; ++j) {
+      const RobotJoint& from = robot.joints[j];
+      JointDesc& joint = joints_.emplace_back();
+      joint.kind = from.kind;
+      joint.variable = from.variable;
+      std::copy(from.axis.begin(), from.axis.end(), joint.axis);
+      std::copy(from.anchor.begin(), from.anchor.end(), joint.anchor);
+      joint.multiplier = from.multiplier;
+      joint.offset = from.offset;
+    }
   }
 }
 
-void write_poses(const Robot& robot, const double* state, float* poses) {
-  std::vector<RigidMotion> links(robot.links.size());
-  pose_links(robot, state, links.data());
-  for (const RigidMotion& link : links) {
-    for (const double component : link.rotation) *poses++ = static_cast<float>(component);
-    for (const double component : link.translation) *poses++ = static_cast<float>(component);
-  }
+void Kinematics::write_poses(Span<const double> states, Span<float> poses, Isa isa) const {
+  const Status status = compute_link_poses(desc(), states, isa, poses);
+  if (status == Status::kOutOfMemory) throw std::bad_alloc();
+  if (status != Status::kOk) throw std::logic_error(std::string("the poses of a robot: ") + to_string(status));
 }
 
 }  // namespace cab::scenes

@@ -3,6 +3,9 @@
 
 #include "scenes/robot/robot.h"
 
+#include <cab/span.h>
+#include <cab/types.h>
+
 #include <cstdint>
 #include <vector>
 
@@ -18,10 +21,23 @@ std::vector<double> rest_state(const Robot& robot);
 // uniform within their limits. A ball joint turns about a uniform direction by a uniform angle.
 void random_state(const Robot& robot, std::uint64_t seed, std::uint64_t index, double* state);
 
-// The motion of each link, from its frame to the robot's, by the value of each variable. `links` has room for all.
-void pose_links(const Robot& robot, const double* state, RigidMotion* links);
+// The joints of a robot, for the poses of its states.
+class Kinematics {
+ public:
+  explicit Kinematics(const Robot& robot);
 
-// The same rounded to float, as PoseFormat::kQuaternionTranslation: seven floats per link.
-void write_poses(const Robot& robot, const double* state, float* poses);
+  // Writes the poses of states, as compute_link_poses does. Throws std::bad_alloc.
+  void write_poses(Span<const double> states, Span<float> poses, Isa isa = Isa::kAuto) const;
+
+  std::size_t pose_floats() const { return 7 * links_.size(); }  // of a state
+
+  KinematicsDesc desc() const { return {parents_, links_, joints_, variable_count_}; }
+
+ private:
+  std::vector<std::int32_t> parents_;
+  std::vector<LinkPlaceDesc> links_;
+  std::vector<JointDesc> joints_;
+  std::uint32_t variable_count_;
+};
 
 }  // namespace cab::scenes

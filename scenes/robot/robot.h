@@ -5,6 +5,8 @@
 #include "scenes/scene.h"
 #include "scenes/vec3d.h"
 
+#include <cab/kinematics.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,12 +27,6 @@ struct RobotVariable {
   double lower = 0;
   double upper = 0;
   double rest = 0;
-};
-
-enum class JointKind : std::uint8_t {
-  kRevolute,   // turns about its axis by one variable, in radians
-  kPrismatic,  // moves along its axis by one variable, in metres
-  kBall,       // turns by the rotation vector of three variables, in radians
 };
 
 // A joint that moves. Its value is multiplier * variable + offset, so joints may follow the variable of another.

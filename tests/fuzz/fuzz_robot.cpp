@@ -36,9 +36,13 @@ Robot known_robot() {
 void check_robot(const Robot& robot) {
   FUZZ_CHECK(robot_payload(read_robot_payload(robot_payload(robot))) == robot_payload(robot));
   FUZZ_CHECK(robot.links.size() <= kMaxLinks && robot.body.leaves.size() <= kMaxLeaves);
-  std::vector<float> poses(7 * robot.links.size());
-  write_poses(robot, rest_state(robot).data(), poses.data());
+  const Kinematics kinematics(robot);
+  std::vector<float> poses(kinematics.pose_floats());
+  std::vector<double> state = rest_state(robot);
+  kinematics.write_poses(state, poses);
   for (const float value : poses) FUZZ_CHECK(!std::isnan(value));
+  for (double& value : state) value = 1e9 * value + 1e300;
+  kinematics.write_poses(state, poses);
 }
 
 void check_collada(const std::string& text) {

@@ -163,6 +163,10 @@ CAB_SAME_TYPE(Report);
 CAB_SAME_VALUE(Report::kHits, CAB_REPORT_HITS);
 CAB_SAME_VALUE(Report::kInContact, CAB_REPORT_IN_CONTACT);
 CAB_SAME_VALUE(Report::kDistances, CAB_REPORT_DISTANCES);
+CAB_SAME_TYPE(JointKind);
+CAB_SAME_VALUE(JointKind::kRevolute, CAB_JOINT_KIND_REVOLUTE);
+CAB_SAME_VALUE(JointKind::kPrismatic, CAB_JOINT_KIND_PRISMATIC);
+CAB_SAME_VALUE(JointKind::kBall, CAB_JOINT_KIND_BALL);
 CAB_SAME_TYPE(QueryKind);
 CAB_SAME_VALUE(QueryKind::kRay, CAB_QUERY_KIND_RAY);
 CAB_SAME_VALUE(QueryKind::kSphere, CAB_QUERY_KIND_SPHERE);
@@ -432,6 +436,22 @@ CAB_SAME_MEMBER(EngineDesc, thread_count);
 CAB_SAME_MEMBER(EngineDesc, allocator);
 CAB_SAME_MEMBER(EngineDesc, scheduler);
 CAB_SAME_MEMBER(EngineDesc, profiler);
+CAB_SAME_TYPE(JointDesc);
+CAB_SAME_MEMBER(JointDesc, kind);
+CAB_SAME_MEMBER(JointDesc, variable);
+CAB_SAME_MEMBER(JointDesc, axis);
+CAB_SAME_MEMBER(JointDesc, anchor);
+CAB_SAME_MEMBER(JointDesc, multiplier);
+CAB_SAME_MEMBER(JointDesc, offset);
+CAB_SAME_TYPE(LinkPlaceDesc);
+CAB_SAME_MEMBER(LinkPlaceDesc, rotation);
+CAB_SAME_MEMBER(LinkPlaceDesc, translation);
+CAB_SAME_MEMBER(LinkPlaceDesc, joint_count);
+CAB_SAME_TYPE(KinematicsDesc);
+CAB_SAME_MEMBER(KinematicsDesc, link_parents);
+CAB_SAME_MEMBER(KinematicsDesc, links);
+CAB_SAME_MEMBER(KinematicsDesc, joints);
+CAB_SAME_MEMBER(KinematicsDesc, variable_count);
 CAB_SAME_TYPE(HistoryId);
 CAB_SAME_MEMBER(HistoryId, value);
 CAB_SAME_TYPE(HistoryDesc);
@@ -557,6 +577,8 @@ CAB_SAME_SPAN(cab_HitSpan);
 CAB_SAME_SPAN(cab_ConstBatchInputSpan);
 CAB_SAME_SPAN(cab_ConstPairRuleSpan);
 CAB_SAME_SPAN(cab_ContactSpan);
+CAB_SAME_SPAN(cab_ConstLinkPlaceDescSpan);
+CAB_SAME_SPAN(cab_ConstJointDescSpan);
 CAB_SAME_SPAN(cab_ConstHistoryIdSpan);
 CAB_SAME_SPAN(cab_ConstQuerySpan);
 CAB_SAME_SPAN(cab_ConstQueryPlaneSpan);
@@ -565,8 +587,8 @@ CAB_SAME_SPAN(cab_ConstHitSpan);
 CAB_SAME_SPAN(cab_BoxLineSpan);
 CAB_SAME_SPAN(cab_ConstPolicyFieldSpan);
 CAB_SAME_SPAN(cab_ConstPolicyPresetSpan);
-CAB_SAME_SPAN(cab_Uint16Span);
 CAB_SAME_SPAN(cab_FloatSpan);
+CAB_SAME_SPAN(cab_Uint16Span);
 CAB_SAME_SPAN(cab_BoxSpan);
 CAB_SAME_SPAN(cab_CharSpan);
 CAB_SAME_SPAN(cab_Uint32Span);
@@ -619,6 +641,14 @@ cab_Status cab_add_articulation(cab_Engine* engine, const cab_ArticulationDesc* 
 
 cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out) {
   return cab::as<cab_Status>(cab::fit_box(cab::as<cab::Span<const float>>(vertices), cab::at<cab::Box>(out)));
+}
+
+cab_Status cab_compute_link_poses(const cab_KinematicsDesc* desc, cab_ConstDoubleSpan states, cab_Isa isa,
+                                  cab_FloatSpan poses) {
+  if (!desc) return CAB_STATUS_NULL_ARGUMENT;
+  return cab::as<cab_Status>(cab::compute_link_poses(*cab::at<const cab::KinematicsDesc>(desc),
+                                                     cab::as<cab::Span<const double>>(states), cab::as<cab::Isa>(isa),
+                                                     cab::as<cab::Span<float>>(poses)));
 }
 
 cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out, uint32_t* bad_leaf) {
@@ -878,6 +908,12 @@ cab_Allocator cab_default_allocator(void) { return cab::as<cab_Allocator>(cab::A
 cab_Scheduler cab_default_scheduler(void) { return cab::as<cab_Scheduler>(cab::Scheduler()); }
 
 cab_EngineDesc cab_default_engine_desc(void) { return cab::as<cab_EngineDesc>(cab::EngineDesc()); }
+
+cab_JointDesc cab_default_joint_desc(void) { return cab::as<cab_JointDesc>(cab::JointDesc()); }
+
+cab_LinkPlaceDesc cab_default_link_place_desc(void) { return cab::as<cab_LinkPlaceDesc>(cab::LinkPlaceDesc()); }
+
+cab_KinematicsDesc cab_default_kinematics_desc(void) { return cab::as<cab_KinematicsDesc>(cab::KinematicsDesc()); }
 
 cab_HistoryDesc cab_default_history_desc(void) { return cab::as<cab_HistoryDesc>(cab::HistoryDesc()); }
 

@@ -27,6 +27,7 @@
 #pragma once
 
 #include <cab/debug.h>
+#include <cab/kinematics.h>
 #include <cab/query.h>
 #include <cab/types.h>
 #include <cab/version.h>
@@ -73,6 +74,19 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBadOutput (out is null), kBadVertices, kOutOfMemory.
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
+
+// Writes the poses of joint states: poses[state][link] as PoseFormat::kQuaternionTranslation, in the body's frame.
+// states: desc.variable_count numbers per state. The work is in double, states as lanes, and rounded once: a pose is
+// off by half a unit of a float's last place, and by some 1e-15 of the lengths of its chain. It has the same bits on
+// every instruction set and platform. An angle beyond 2^20 counts as what IEEE's remainder by 4 pi in double leaves of
+// it. A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
+// Cost: about 7 ns per link and state; allocates 896 bytes per link.
+// Statuses: kIsaNotAvailable, kNoLinks, kTooManyLinks, kBadParent, kBadJoint (links is not as long as link_parents, the
+// joint counts do not add up to the joints, an unknown kind, a variable out of range, or a number that is not finite),
+// kBadOutput (poses or states has no data, or poses is not 7 floats per link and state), kOutOfMemory.
+// Thread: any, at any time; no engine is involved.
+[[nodiscard]] CAB_API Status compute_link_poses(const KinematicsDesc& desc, Span<const double> states, Isa isa,
+                                                Span<float> poses) noexcept;
 
 // Adds a coarser level of an articulation (LodDesc), and writes its id to *out, which must not be null. All of desc is
 // checked and copied. If a leaf that the caller made is refused, *bad_leaf (may be null) receives its index. A level

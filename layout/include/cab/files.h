@@ -7,6 +7,7 @@
 // lock of a library that reads files. No call throws.
 #pragma once
 
+#include <cab/kinematics.h>
 #include <cab/types.h>
 
 #include <cstddef>
@@ -137,8 +138,11 @@ class Robot {
   Span<const LinkPair> welded_pairs() const noexcept;    // those of them that MJCF makes one rigid body
   Span<const LinkPair> listed_pairs() const noexcept;    // of each <pair> of MJCF: tested whatever else holds
 
-  // Writes the poses of joint states: `states` has the value of each variable per state, `poses` receives
-  // [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
+  // The joints, for compute_link_poses; it points into this object.
+  KinematicsDesc kinematics() const noexcept;
+
+  // Writes the poses of joint states, as compute_link_poses does: `states` has the value of each variable per state,
+  // `poses` receives [state][link][7]. Returns false if the sizes do not fit each other, or an allocation failed.
   [[nodiscard]] bool write_poses(Span<const double> states, Span<float> poses) const noexcept;
 
   // Writes random states within the limits: those of the numbers `first`, `first` + 1, and so on. A state depends on

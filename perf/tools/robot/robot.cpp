@@ -368,13 +368,11 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   scene.frame_count = static_cast<std::uint32_t>(states.count);
   scenes::Character& body = scene.characters.emplace_back(robot.body);
   body.ignored_pairs = std::move(masked);
-  const std::size_t floats = 7 * robot.links.size();
-  body.poses.resize(states.count * floats);
-  std::vector<double> state(robot.variables.size());
-  for (std::uint64_t s = 0; s < states.count; ++s) {
-    states.fill(s, state.data());
-    scenes::write_poses(robot, state.data(), body.poses.data() + s * floats);
-  }
+  const scenes::Kinematics kinematics(robot);
+  body.poses.resize(states.count * kinematics.pose_floats());
+  std::vector<double> values(states.count * robot.variables.size());
+  for (std::uint64_t s = 0; s < states.count; ++s) states.fill(s, values.data() + s * robot.variables.size());
+  kinematics.write_poses(values, body.poses, options.isa);
   RecordSettings settings;
   settings.path = options.recording.path;
   settings.title = robot.body.name;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 #include "layout/frame_stats.h"
 #include "perf/base/engine_call.h"
@@ -29,7 +28,7 @@ std::uint32_t chunk_states(std::size_t link_count) {
 
 RobotSession::RobotSession(const scenes::Robot& robot, std::vector<LinkPair> ignored,
                            const RobotSessionOptions& options)
-    : robot_(robot), policies_(options.policies), chunk_(chunk_states(robot.links.size())) {
+    : robot_(robot), kinematics_(robot), policies_(options.policies), chunk_(chunk_states(robot.links.size())) {
   EngineDesc desc;
   desc.isa = options.isa;
   desc.thread_count = options.thread_count;
@@ -38,22 +37,13 @@ RobotSession::RobotSession(const scenes::Robot& robot, std::vector<LinkPair> ign
   ArticulationDesc articulation = storage.desc();
   articulation.ignored_pairs = ignored;
   std::uint32_t bad_leaf = 0;
-  const Status status = add_articulation(*engine_, articulation, &articulation_, &bad_leaf);
+  BatchDesc batch;
+  const Status status = add_articulation(*engine_, articulation, &batch.articulation, &bad_leaf);
   if (status != Status::kOk)
     require(status, bad_leaf < robot.leaf_sources.size() ? robot.leaf_sources[bad_leaf] : robot.body.name);
-}
-
-BatchId RobotSession::batch_of(std::uint32_t state_count) {
-  for (const auto& [count, id] : batches_)
-    if (count == state_count) return id;
-  BatchDesc desc;
-  desc.articulation = articulation_;
-  desc.instance_count = state_count;
-  desc.kind = BatchKind::kSequence;
-  BatchId id;
-  require(add_batch(*engine_, desc, &id), robot_.body.name);
-  batches_.emplace_back(state_count, id);
-  return id;
+  batch.instance_count = chunk_;
+  batch.kind = BatchKind::kSequence;
+  require(add_batch(*engine_, batch, &batch_), robot.body.name);
 }
 
 // Tests one chunk.
@@ -71,20 +61,19 @@ std::size_t RobotSession::run_hits(const BatchInput& input, FrameStats& sum) {
 FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPair>& pairs,
                              const std::function<void(const StateChunk&)>& on_chunk) {
   FrameStats sum;
-  std::vector<double> state(robot_.variables.size());
-  const std::size_t pose_floats = 7 * robot_.links.size();
+  std::vector<double> values;
   std::vector<float> poses;
   std::vector<Hit> named;
   std::vector<Contact> contacts;
   for (std::uint64_t first = 0; first < states.count; first += chunk_) {
     const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(chunk_, states.count - first));
-    poses.resize(count * pose_floats);
-    for (std::uint32_t s = 0; s < count; ++s) {
-      states.fill(first + s, state.data());
-      scenes::write_poses(robot_, state.data(), poses.data() + s * pose_floats);
-    }
+    values.resize(count * robot_.variables.size());
+    poses.resize(count * kinematics_.pose_floats());
+    for (std::uint32_t s = 0; s < count; ++s) states.fill(first + s, values.data() + s * robot_.variables.size());
+    kinematics_.write_poses(values, poses, isa());
     BatchInput input;
-    input.batch = batch_of(count);
+    input.batch = batch_;
+    input.count = count;
     input.poses.data = poses.data();
     const std::size_t hit_count = run_hits(input, sum);
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "perf/harness/engine_ptr.h"
-#include "scenes/robot/robot.h"
+#include "scenes/robot/kinematics.h"
 
 namespace cab::perf {
 
@@ -48,15 +48,14 @@ class RobotSession {
                  const std::function<void(const StateChunk&)>& on_chunk);
 
  private:
-  BatchId batch_of(std::uint32_t state_count);
   std::size_t run_hits(const BatchInput& input, FrameStats& sum);
 
   const scenes::Robot& robot_;
+  scenes::Kinematics kinematics_;
   Policies policies_;
   oracle::EnginePtr engine_;
-  ArticulationId articulation_;
-  std::uint32_t chunk_ = 0;                                 // states per chunk
-  std::vector<std::pair<std::uint32_t, BatchId>> batches_;  // by number of states
+  std::uint32_t chunk_ = 0;  // states per chunk, and instances of the batch
+  BatchId batch_;
   std::vector<Hit> hits_;
 };
 

@@ -74,6 +74,9 @@ TEST_CASE("a robot becomes a description, and its joints pose it") {
   REQUIRE(robot.write_poses(states, poses));
   CHECK(poses[7 + 4] == 0);
   CHECK(poses[14 + 7 + 4] == 2.5f);
+  std::vector<float> same(poses.size());
+  CHECK(compute_link_poses(robot.kinematics(), states, Isa::kScalar, same) == Status::kOk);
+  CHECK(same == poses);
   CHECK_FALSE(robot.write_poses(states, {poses.data(), 14}));  // one pose of two states
   CHECK_FALSE(robot.write_poses(states, {poses.data(), 13}));
   double random[8];
@@ -129,4 +132,5 @@ TEST_CASE("a bad file is an error that names file, line and reason, and leaves n
   CHECK(robot.variables().empty());
   std::vector<float> poses(14);
   CHECK_FALSE(robot.write_poses({}, poses));
+  CHECK(robot.kinematics().links.empty());
 }

@@ -71,12 +71,14 @@ using scenes::operator+;
 
 // The centres of all shapes at rest, in the robot's frame.
 std::vector<scenes::Vec3> centres(const scenes::Robot& robot) {
-  std::vector<scenes::RigidMotion> links(robot.links.size());
-  scenes::pose_links(robot, scenes::rest_state(robot).data(), links.data());
+  std::vector<float> poses(7 * robot.links.size());
+  scenes::Kinematics(robot).write_poses(scenes::rest_state(robot), poses);
   std::vector<scenes::Vec3> found;
   for (const scenes::BodyLeaf& leaf : robot.body.leaves) {
     const float* const p = leaf.parts[0].shape.position;
-    found.push_back(links[leaf.link].translation + scenes::rotate(links[leaf.link].rotation, {p[0], p[1], p[2]}));
+    const float* const pose = poses.data() + 7 * leaf.link;
+    const scenes::Vec3 at = {pose[4], pose[5], pose[6]};
+    found.push_back(at + scenes::rotate({pose[0], pose[1], pose[2], pose[3]}, {p[0], p[1], p[2]}));
   }
   return found;
 }

@@ -167,6 +167,10 @@ class Robot:
         return self._data.random_states(count, seed, first)
 
     def poses(self, states: ArrayLike) -> Float32Array:
-        """The poses of joint states (n, variables): float32 (n, links, 7)."""
+        """The poses of joint states (n, variables): float32 (n, links, 7), in the robot's frame.
+
+        They are computed in double, sixteen states at a time, and rounded once. A state with a NaN or an infinity has
+        NaN in its poses, so that a world masks it. About 0.1 microseconds per state of an arm with seven joints.
+        """
         count = len(self._variables)
         return self._data.poses(small_array(states, "f8", "states", (None, count), f"(n, {count})"))

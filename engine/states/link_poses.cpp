@@ -1,0 +1,71 @@
+// compute_link_poses: checks a body's joints, and poses its states sixteen at a time.
+#include "kernels/link_poses.h"
+#include "engine/session/call.h"
+#include "kernels/find_kernels.h"
+#include "kernels/float_mode.h"
+#include "layout/arena.h"
+
+#include <cab/cab.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+bool are_finite(const double* values, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i)
+    if (!std::isfinite(values[i])) return false;
+  return true;
+}
+
+bool is_valid(const JointDesc& joint, std::uint32_t variable_count) {
+  const std::uint32_t variables = joint.kind == JointKind::kBall ? 3 : 1;
+  return joint.kind <= JointKind::kBall && variable_count >= variables &&
+         joint.variable <= variable_count - variables && are_finite(joint.axis, 3) && are_finite(joint.anchor, 3) &&
+         std::isfinite(joint.multiplier) && std::isfinite(joint.offset);
+}
+
+Status validate(const KinematicsDesc& desc) {
+  const std::size_t count = desc.link_parents.size;
+  if (count == 0) return Status::kNoLinks;
+  if (count > kMaxLinks) return Status::kTooManyLinks;
+  if (!desc.link_parents.data) return Status::kBadParent;
+  for (std::size_t l = 0; l < count; ++l)
+    if (desc.link_parents[l] < -1 || desc.link_parents[l] >= static_cast<std::int32_t>(l)) return Status::kBadParent;
+  if (desc.links.size != count || !desc.links.data || (desc.joints.size && !desc.joints.data)) return Status::kBadJoint;
+  std::size_t joints = 0;
+  for (const LinkPlaceDesc& link : desc.links) {
+    if (!are_finite(link.rotation, 4) || !are_finite(link.translation, 3)) return Status::kBadJoint;
+    joints += link.joint_count;
+  }
+  if (joints != desc.joints.size) return Status::kBadJoint;
+  for (const JointDesc& joint : desc.joints)
+    if (!is_valid(joint, desc.variable_count)) return Status::kBadJoint;
+  return Status::kOk;
+}
+
+}  // namespace
+
+Status compute_link_poses(const KinematicsDesc& desc, Span<const double> states, Isa isa, Span<float> poses) noexcept {
+  return guarded([&] {
+    const kernel::KernelTable* const kernels = kernel::find_kernels(isa);
+    if (!kernels) return Status::kIsaNotAvailable;
+    if (const Status status = validate(desc); status != Status::kOk) return status;
+    const std::size_t floats = 7 * desc.link_parents.size, count = poses.size / floats;
+    if (poses.size % floats != 0 || states.size != count * desc.variable_count || (poses.size && !poses.data) ||
+        (states.size && !states.data))
+      return Status::kBadOutput;
+    const kernel::FloatMode mode;
+    Arena arena(default_allocator());
+    const Span<double> links = arena.allocate<double>(7 * kLanes * desc.link_parents.size);
+    for (std::size_t first = 0; first < count; first += kLanes) {
+      const auto tile = static_cast<std::uint32_t>(std::min<std::size_t>(kLanes, count - first));
+      kernels->pose_states(
+          {desc, states.data + first * desc.variable_count, tile, links.data, poses.data + first * floats});
+    }
+    return Status::kOk;
+  });
+}
+
+}  // namespace cab
