@@ -527,7 +527,7 @@ void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, do
 
 // A sequence that has ended takes no part any more.
 Recorder::Storage::Moment Recorder::Storage::moment_of(const FrameJob& job, std::size_t m,
-                                                         const MomentCounts& counts) const {
+                                                       const MomentCounts& counts) const {
   const auto is_there = [&](BatchId id) {
     const std::uint32_t count = counts.at(known(id).slot);
     return count == 1 || m < count;

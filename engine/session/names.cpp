@@ -28,7 +28,8 @@ const char* to_string(Status status) noexcept {
     case Status::kTooManyLeaves: return "leaves holds more than 1024 leaves";
     case Status::kBadParent:
       return "link_parents must be -1 for the first link, and -1 or an earlier link for every other";
-    case Status::kBadJoint: return "link_joints must be empty or hold one finite point per link";
+    case Status::kBadJoint:
+      return "link_joints must be empty or one finite point per link, joints as cab/kinematics.h says";
     case Status::kBadLeafLink: return "link of a leaf is not the index of a link";
     case Status::kBadLeafBox: return "box of a leaf is not finite, has a negative half extent or exceeds 1e18";
     case Status::kBadLeafAxes: return "box of a leaf has axes that are not orthonormal and right-handed to 1e-5";

@@ -13,6 +13,7 @@
 #include "scenes/import/limits.h"
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/matrix.h"
 #include "scenes/robot/robot.h"
 
 namespace cab::files {
@@ -66,6 +67,8 @@ struct RobotStorage {
   scenes::Robot robot;
   std::optional<scenes::ArticulationStorage> articulation;
   std::optional<scenes::Kinematics> kinematics;
+  bool has_srdf = false;
+  std::vector<DisabledPair> disabled;
   std::vector<const char*> names;
   std::vector<const char*> notes;
   std::vector<RobotVariable> variables;
@@ -164,6 +167,18 @@ Span<const char* const> Motion::notes() const noexcept {
 
 // ----------------------------------------------------------------------------------------------------------- robot
 
+const char* to_string(DisabledReason reason) noexcept {
+  switch (reason) {
+    case DisabledReason::kFile: return "file";
+    case DisabledReason::kWelded: return "welded";
+    case DisabledReason::kAdjacent: return "adjacent";
+    case DisabledReason::kDefault: return "default";
+    case DisabledReason::kAlways: return "always";
+    case DisabledReason::kNever: return "never";
+  }
+  return "unknown";
+}
+
 Robot::~Robot() { delete storage_; }
 
 bool Robot::load(const char* path, const RobotOptions& options) noexcept {
@@ -183,6 +198,7 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
           scenes::read_disabled_pairs(options.srdf_path, storage.robot, import.sandbox);
       std::vector<LinkPair>& ignored = storage.robot.body.ignored_pairs;
       ignored.insert(ignored.end(), disabled.pairs.begin(), disabled.pairs.end());
+      storage.has_srdf = true;
       storage.robot.notes.insert(storage.robot.notes.end(), disabled.notes.begin(), disabled.notes.end());
     }
     storage.articulation.emplace(storage.robot.body);
@@ -239,6 +255,32 @@ Span<const LinkPair> Robot::welded_pairs() const noexcept {
 Span<const LinkPair> Robot::listed_pairs() const noexcept {
   if (!storage_ || !storage_->robot.mujoco) return {};
   return storage_->robot.mujoco->listed;
+}
+
+bool Robot::find_disabled_pairs(std::uint32_t samples, std::uint64_t seed, std::uint32_t thread_count) noexcept {
+  if (!storage_ || !storage_->kinematics) return false;
+  try {
+    scenes::MatrixOptions options;
+    options.excluded = storage_->robot.body.ignored_pairs;
+    options.derive = !storage_->has_srdf;
+    options.samples = options.derive ? samples : 0;
+    options.seed = seed;
+    scenes::RobotSessionOptions session;
+    session.thread_count = thread_count;
+    session.policies.exact = Exact::kConvex;
+    storage_->disabled = scenes::make_matrix(storage_->robot, options, session).masked;
+    return true;
+  } catch (const std::exception& failure) {
+    try {
+      storage_->error = failure.what();
+    } catch (const std::bad_alloc&) { storage_->error.clear(); }
+  }
+  return false;
+}
+
+Span<const DisabledPair> Robot::disabled_pairs() const noexcept {
+  if (!storage_) return {};
+  return storage_->disabled;
 }
 
 KinematicsDesc Robot::kinematics() const noexcept {

@@ -74,13 +74,7 @@ struct FrameCounter {
 void add_all(World& world, const oracle::World& from) {
   for (const Member& member : from.members) {
     BatchId id;
-    if (member.kind == BatchKind::kCharacters) {
-      REQUIRE(world.add_batch(member.rig.desc(), member.poses.instance_count, &id) == Status::kOk);
-    } else {
-      ArticulationId articulation;
-      REQUIRE(add_articulation(world.engine(), member.rig.desc(), &articulation) == Status::kOk);
-      REQUIRE(world.add_batch({articulation, member.poses.instance_count, member.kind}, &id) == Status::kOk);
-    }
+    REQUIRE(world.add_batch(member.rig.desc(), member.poses.instance_count, &id, nullptr, member.kind) == Status::kOk);
     BatchInput& input = *world.input(id);
     input = member.poses.input(id);
     input.layers = member.layers;

@@ -48,6 +48,9 @@ class PartList {
 // Adds the calls that read files, or nothing where the module is built without them.
 void bind_files(pybind11::module_& module);
 
+// Adds the class that tests states of robots. Called by bind_files.
+void bind_checker(pybind11::module_& module);
+
 // Adds the class BodyData, and the calls that make one of arrays, to the module.
 void bind_body_data(pybind11::module_& module);
 

@@ -11,10 +11,20 @@
 #include <utility>
 
 namespace cab::python {
-namespace {
 
-// How many queries are worked on at a time: more take more memory and hardly less time.
-constexpr std::uint32_t kMostQueryMemory = 4096;
+std::string refused(Status status, std::uint32_t index) {
+  switch (status) {
+    case Status::kBadParent:
+    case Status::kBadJoint: return element("link", index);
+    case Status::kBadLeafLink:
+    case Status::kBadLeafBox:
+    case Status::kBadLeafAxes:
+    case Status::kBadShape:
+    case Status::kShapeOutsideLeafBox: return element("box", index);
+    case Status::kBadIgnoredPair: return element("ignored pair", index);
+    default: return {};
+  }
+}
 
 Isa isa_of(const std::string& name) {
   for (std::uint32_t value = 0; value < kIsaCount; ++value)
@@ -24,6 +34,11 @@ Isa isa_of(const std::string& name) {
     names += std::string(value > 0 ? ", " : "") + to_string(static_cast<Isa>(value));
   throw py::value_error("isa: '" + name + "' is none of " + names);
 }
+
+namespace {
+
+// How many queries are worked on at a time: more take more memory and hardly less time.
+constexpr std::uint32_t kMostQueryMemory = 4096;
 
 // A value of policies by its name, or ValueError with the names that there are.
 void set_policy(Policies& policies, std::uint32_t field, const std::string& name) {
@@ -75,21 +90,6 @@ class CallInputs {
   std::vector<BatchInput> inputs_;
   std::vector<std::vector<std::uint32_t>> listed_;  // the instances of each
 };
-
-// What an element is called that add_articulation refuses.
-std::string refused(Status status, std::uint32_t index) {
-  switch (status) {
-    case Status::kBadParent:
-    case Status::kBadJoint: return element("link", index);
-    case Status::kBadLeafLink:
-    case Status::kBadLeafBox:
-    case Status::kBadLeafAxes:
-    case Status::kBadShape:
-    case Status::kShapeOutsideLeafBox: return element("box", index);
-    case Status::kBadIgnoredPair: return element("ignored pair", index);
-    default: return {};
-  }
-}
 
 // An array of `room` values of which the first `count` are kept.
 py::object cut(py::array array, std::size_t count) {

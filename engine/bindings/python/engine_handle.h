@@ -21,6 +21,12 @@ namespace cab::python {
 // (a, b, pairing, resting): slots of batches as PairRule has them.
 using RuleTuple = std::tuple<std::uint64_t, std::uint64_t, std::uint8_t, std::uint8_t>;
 
+// What an element is called that add_articulation refuses.
+std::string refused(Status status, std::uint32_t index);
+
+// An instruction set by its name. Raises ValueError with the names that there are.
+Isa isa_of(const std::string& name);
+
 // The names of the values of Policies, in the order of policy_table().
 using PolicyNames = std::vector<std::string>;
 

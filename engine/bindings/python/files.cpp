@@ -120,6 +120,20 @@ std::unique_ptr<files::Robot> load_robot(const std::string& path,
   return robot;
 }
 
+// [(link, link, reason, samples in which they touch)]
+py::list disabled_pairs(files::Robot& robot, std::uint32_t samples, std::uint64_t seed, std::uint32_t threads) {
+  bool found = false;
+  {
+    const py::gil_scoped_release release;
+    found = robot.find_disabled_pairs(samples, seed, threads);
+  }
+  if (!found) raise_file(robot.error(), false);
+  py::list list;
+  for (const files::DisabledPair& pair : robot.disabled_pairs())
+    list.append(py::make_tuple(pair.links.a, pair.links.b, to_string(pair.reason), pair.touching_samples));
+  return list;
+}
+
 py::array robot_poses(const files::Robot& robot, const py::object& states) {
   const auto variables = static_cast<py::ssize_t>(robot.variables().size);
   const auto links = static_cast<py::ssize_t>(robot.link_names().size);
@@ -165,9 +179,11 @@ void bind_files(py::module_& module) {
                              [](const files::Robot& robot) { return list_of(robot.adjacent_pairs()); })
       .def_property_readonly("welded_pairs", [](const files::Robot& robot) { return list_of(robot.welded_pairs()); })
       .def_property_readonly("listed_pairs", [](const files::Robot& robot) { return list_of(robot.listed_pairs()); })
+      .def("disabled_pairs", &disabled_pairs)
       .def("poses", &robot_poses)
       .def("random_states", &random_states);
   module.def("load_robot", &load_robot);
+  bind_checker(module);
 }
 
 }  // namespace cab::python

@@ -386,7 +386,7 @@ enum {
   CAB_STATUS_NO_LEAVES = 10,         // leaves is empty, but an articulation needs at least one leaf
   CAB_STATUS_TOO_MANY_LEAVES = 11,   // leaves holds more than 1024 leaves
   CAB_STATUS_BAD_PARENT = 12,  // link_parents must be -1 for the first link, and -1 or an earlier link for every other
-  CAB_STATUS_BAD_JOINT = 13,   // link_joints must be empty or hold one finite point per link
+  CAB_STATUS_BAD_JOINT = 13,  // link_joints must be empty or one finite point per link, joints as cab/kinematics.h says
   CAB_STATUS_BAD_LEAF_LINK = 14,  // link of a leaf is not the index of a link
   CAB_STATUS_BAD_LEAF_BOX = 15,   // box of a leaf is not finite, has a negative half extent or exceeds 1e18
   CAB_STATUS_BAD_LEAF_AXES = 16,  // box of a leaf has axes that are not orthonormal and right-handed to 1e-5

@@ -62,6 +62,25 @@ struct RobotVariable {
   double rest = 0;
 };
 
+// Why a pair of links needs no test. Of several reasons the first holds.
+enum class DisabledReason : std::uint8_t {
+  kFile,      // the SRDF file or the MJCF file excludes the pair
+  kWelded,    // no joint moves the links against each other, by MuJoCo's rules
+  kAdjacent,  // a joint connects the links: as docs/robots.md says, or for MJCF by MuJoCo's rules
+  kDefault,   // they touch at rest and in at least 95 % of the sampled states
+  kAlways,    // they touch in at least 95 % of the sampled states, not at rest
+  kNever,     // they touch in none of the sampled states
+};
+
+// The name of a reason in tables and files: "file", "welded" and so on.
+const char* to_string(DisabledReason reason) noexcept;
+
+struct DisabledPair {
+  LinkPair links;  // a < b
+  DisabledReason reason = DisabledReason::kFile;
+  std::uint32_t touching_samples = 0;  // of kDefault, kAlways and kNever: in how many sampled states they touch
+};
+
 // The size in bytes of the largest file that is read.
 std::size_t max_file_bytes() noexcept;
 
@@ -138,7 +157,17 @@ class Robot {
   Span<const LinkPair> welded_pairs() const noexcept;    // those of them that MJCF makes one rigid body
   Span<const LinkPair> listed_pairs() const noexcept;    // of each <pair> of MJCF: tested whatever else holds
 
-  // The joints, for compute_link_poses; it points into this object.
+  // Finds the pairs of links that need no test, as `cab robot` does (docs/robots.md): those that files exclude and, if
+  // there is no SRDF file, adjacent links and those that touch in nearly all or in none of `samples` random states; 0:
+  // none are left out for that. Returns whether it could; if not, error() says why, and the robot stays.
+  // Cost: some microseconds per sample. thread_count: as in EngineDesc.
+  [[nodiscard]] bool find_disabled_pairs(std::uint32_t samples, std::uint64_t seed,
+                                         std::uint32_t thread_count) noexcept;
+
+  // Those of the last find_disabled_pairs, sorted by links.
+  Span<const DisabledPair> disabled_pairs() const noexcept;
+
+  // The joints, for compute_link_poses and CollisionChecker; it points into this object.
   KinematicsDesc kinematics() const noexcept;
 
   // Writes the poses of joint states, as compute_link_poses does: `states` has the value of each variable per state,

@@ -60,7 +60,7 @@ enum class Status : std::int32_t {
   kNoLeaves,             // leaves is empty, but an articulation needs at least one leaf
   kTooManyLeaves,        // leaves holds more than 1024 leaves
   kBadParent,            // link_parents must be -1 for the first link, and -1 or an earlier link for every other
-  kBadJoint,             // link_joints must be empty or hold one finite point per link
+  kBadJoint,             // link_joints must be empty or one finite point per link, joints as cab/kinematics.h says
   kBadLeafLink,          // link of a leaf is not the index of a link
   kBadLeafBox,           // box of a leaf is not finite, has a negative half extent or exceeds 1e18
   kBadLeafAxes,          // box of a leaf has axes that are not orthonormal and right-handed to 1e-5

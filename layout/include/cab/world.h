@@ -78,11 +78,12 @@ class World {
   Engine& engine() noexcept { return *engine_; }
   const Engine& engine() const noexcept { return *engine_; }
 
-  // Adds an articulation and a batch of `count` characters of it, and writes the batch's id to *out, which must not be
+  // Adds an articulation and a batch of `count` instances of it, and writes the batch's id to *out, which must not be
   // null. The articulation goes with its last batch. If desc is refused, *bad_element (may be null) says which element
   // is at fault, as in cab::add_articulation. Statuses: those of cab::add_articulation and cab::add_batch.
   [[nodiscard]] Status add_batch(const ArticulationDesc& desc, std::uint32_t count, BatchId* out,
-                                 std::uint32_t* bad_element = nullptr) noexcept;
+                                 std::uint32_t* bad_element = nullptr,
+                                 BatchKind kind = BatchKind::kCharacters) noexcept;
 
   // Adds a batch as cab::add_batch does, of an articulation or a level of detail that the caller has added to engine(),
   // and removes. Its input() begins without poses, which run() refuses with kBadPoses. Statuses: those of
@@ -256,13 +257,13 @@ inline Status World::add_static_batch(const StaticDesc& desc, BatchId* out, std:
 }
 
 inline Status World::add_batch(const ArticulationDesc& desc, std::uint32_t count, BatchId* out,
-                               std::uint32_t* bad_element) noexcept {
+                               std::uint32_t* bad_element, BatchKind kind) noexcept {
   return add(out, [&](BatchId* id) {
     if (!own_.reserve(own_.size + 1)) return Status::kOutOfMemory;
     ArticulationId articulation;
     Status status = add_articulation(*engine_, desc, &articulation, bad_element);
     if (status != Status::kOk) return status;
-    status = cab::add_batch(*engine_, {articulation, count}, id);
+    status = cab::add_batch(*engine_, {articulation, count, kind}, id);
     if (status == Status::kOk)
       own_.insert(own_.end(), articulation);
     else

@@ -14,12 +14,11 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/tools/replay/recorded_engine.h"
-#include "perf/tools/robot/matrix.h"
 #include "perf/tools/robot/options.h"
-#include "perf/tools/robot/session.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/matrix.h"
 #include "scenes/robot/state_file.h"
 
 namespace cab::perf {
@@ -100,7 +99,8 @@ void set_rest(scenes::Robot& robot, const RobotCommandOptions& options) {
   }
 }
 
-void count_hits(RobotTotals& totals, const StateChunk& chunk, std::vector<TouchingPair>& table, std::size_t links) {
+void count_hits(RobotTotals& totals, const scenes::StateChunk& chunk, std::vector<TouchingPair>& table,
+                std::size_t links) {
   std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
   for (const Hit& hit : chunk.hits) {
     if (hit.instance_a != last) ++totals.colliding_states;
@@ -111,7 +111,7 @@ void count_hits(RobotTotals& totals, const StateChunk& chunk, std::vector<Touchi
   }
 }
 
-void add_distances(RobotTotals& totals, const StateChunk& chunk) {
+void add_distances(RobotTotals& totals, const scenes::StateChunk& chunk) {
   for (std::size_t c = 0; c < chunk.contacts.size; ++c) {
     DistanceRange& range = totals.distances[c % totals.distances.size()];
     const std::uint64_t state = chunk.first + c / totals.distances.size();
@@ -121,13 +121,13 @@ void add_distances(RobotTotals& totals, const StateChunk& chunk) {
   }
 }
 
-void write_hits(std::ostream& out, const scenes::Robot& robot, const StateChunk& chunk) {
+void write_hits(std::ostream& out, const scenes::Robot& robot, const scenes::StateChunk& chunk) {
   for (const Hit& hit : chunk.hits)
     out << chunk.first + hit.instance_a << ',' << csv_field(name_of(robot, hit.link_a)) << ','
         << csv_field(name_of(robot, hit.link_b)) << '\n';
 }
 
-RobotTotals check_states(RobotSession& session, const scenes::Robot& robot, const StateSource& states,
+RobotTotals check_states(scenes::RobotSession& session, const scenes::Robot& robot, const scenes::StateSource& states,
                          const RobotCommandOptions& options, std::ostream* hits) {
   RobotTotals totals;
   totals.states = states.count;
@@ -136,7 +136,7 @@ RobotTotals check_states(RobotSession& session, const scenes::Robot& robot, cons
   const std::size_t links = robot.links.size();
   std::vector<TouchingPair> table(links * links);
   ProgressBar bar("states", states.count);
-  totals.stats = session.run(states, named, [&](const StateChunk& chunk) {
+  totals.stats = session.run(states, named, [&](const scenes::StateChunk& chunk) {
     count_hits(totals, chunk, table, links);
     add_distances(totals, chunk);
     if (hits != nullptr) write_hits(*hits, robot, chunk);
@@ -150,13 +150,13 @@ RobotTotals check_states(RobotSession& session, const scenes::Robot& robot, cons
 }
 
 std::size_t count_pairs(const scenes::Robot& robot) {
-  const std::size_t shaped = count_shaped(robot);
+  const std::size_t shaped = scenes::count_shaped(robot);
   return shaped * (shaped - 1) / 2;
 }
 
-std::uint64_t count_reason(const std::vector<MaskedPair>& matrix, MaskReason reason) {
-  return static_cast<std::uint64_t>(
-      std::count_if(matrix.begin(), matrix.end(), [&](const MaskedPair& pair) { return pair.reason == reason; }));
+std::uint64_t count_reason(const std::vector<scenes::DisabledPair>& matrix, scenes::DisabledReason reason) {
+  return static_cast<std::uint64_t>(std::count_if(
+      matrix.begin(), matrix.end(), [&](const scenes::DisabledPair& pair) { return pair.reason == reason; }));
 }
 
 double share_of(std::uint64_t part, std::uint64_t whole) {
@@ -168,7 +168,7 @@ std::string percent(std::uint64_t part, std::uint64_t whole) { return fixed(100 
 // What the samples say of a pair that touched in none of them. Two digits, rounded up.
 std::string never_text(std::uint32_t samples) {
   if (samples == 0) return {};
-  const double bound = 100 * never_bound(samples);
+  const double bound = 100 * scenes::never_bound(samples);
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(bound)));
   const double unit = std::pow(10, -decimals);
   std::string text = fixed(std::ceil(bound / unit) * unit, std::max(decimals, 0));
@@ -177,10 +177,10 @@ std::string never_text(std::uint32_t samples) {
 }
 
 // The pairs that touch at rest and are tested, in one line.
-void print_rest_pairs(const scenes::Robot& robot, const Matrix& matrix) {
+void print_rest_pairs(const scenes::Robot& robot, const scenes::Matrix& matrix) {
   if (matrix.rest_pairs.empty()) return;
   std::vector<std::string> names;
-  for (const RestPair& pair : matrix.rest_pairs)
+  for (const scenes::RestPair& pair : matrix.rest_pairs)
     names.push_back(name_of(robot, pair.links.a) + " - " + name_of(robot, pair.links.b) +
                     (matrix.samples > 0 ? " (" + percent(pair.touching_samples, matrix.samples) + ")" : ""));
   std::cout << "\npairs that touch at rest, " << (matrix.samples > 0 ? "but in less than 95 % of the samples, " : "")
@@ -188,12 +188,12 @@ void print_rest_pairs(const scenes::Robot& robot, const Matrix& matrix) {
 }
 
 // The pairs that touch by the robot's build, and in which share of the samples.
-void print_always_masked(const scenes::Robot& robot, const Matrix& matrix) {
+void print_always_masked(const scenes::Robot& robot, const scenes::Matrix& matrix) {
   TextTable table;
   table.add_row({"link", "link", "masked", "share of the samples"});
   std::size_t count = 0;
-  for (const MaskedPair& pair : matrix.masked) {
-    if (pair.reason != MaskReason::kDefault && pair.reason != MaskReason::kAlways) continue;
+  for (const scenes::DisabledPair& pair : matrix.masked) {
+    if (pair.reason != scenes::DisabledReason::kDefault && pair.reason != scenes::DisabledReason::kAlways) continue;
     if (++count > kPrintedPairs) continue;
     table.add_row({name_of(robot, pair.links.a), name_of(robot, pair.links.b), to_string(pair.reason),
                    percent(pair.touching_samples, matrix.samples)});
@@ -205,13 +205,13 @@ void print_always_masked(const scenes::Robot& robot, const Matrix& matrix) {
   table.print(std::cout);
 }
 
-void print_table(const RobotCommandOptions& options, const scenes::Robot& robot, const RobotSession& session,
-                 const Matrix& matrix, const RobotTotals& totals) {
-  const std::vector<MaskedPair>& masked = matrix.masked;
+void print_table(const RobotCommandOptions& options, const scenes::Robot& robot, const scenes::RobotSession& session,
+                 const scenes::Matrix& matrix, const RobotTotals& totals) {
+  const std::vector<scenes::DisabledPair>& masked = matrix.masked;
   TextTable table;
   table.add_row({"robot", robot.body.name});
   table.add_row({"links", std::to_string(robot.links.size())});
-  table.add_row({"links with shapes", std::to_string(count_shaped(robot))});
+  table.add_row({"links with shapes", std::to_string(scenes::count_shaped(robot))});
   table.add_row({"shapes", std::to_string(robot.body.leaves.size())});
   table.add_row({"shapes left out", std::to_string(robot.left_out.shapes)});
   table.add_row({"joint variables", std::to_string(robot.variables.size())});
@@ -219,13 +219,13 @@ void print_table(const RobotCommandOptions& options, const scenes::Robot& robot,
   table.add_row({"guesses", std::to_string(robot.left_out.guesses)});
   table.add_row({"pairs of links", std::to_string(count_pairs(robot))});
   std::string bound, masked_text = "without " + std::to_string(masked.size()) + " masked pairs";
-  if (count_reason(masked, MaskReason::kNever) > 0) bound = never_text(matrix.samples);
+  if (count_reason(masked, scenes::DisabledReason::kNever) > 0) bound = never_text(matrix.samples);
   masked_text.resize(std::max(masked_text.size(), bound.size()), ' ');  // the two begin in one column
-  for (std::uint32_t r = 0; r < kMaskReasonCount; ++r) {
-    const auto reason = static_cast<MaskReason>(r);
+  for (std::uint32_t r = 0; r < scenes::kDisabledReasonCount; ++r) {
+    const auto reason = static_cast<scenes::DisabledReason>(r);
     const std::uint64_t count = count_reason(masked, reason);
     table.add_row({std::string("masked: ") + to_string(reason), std::to_string(count),
-                   reason == MaskReason::kNever ? bound : ""});
+                   reason == scenes::DisabledReason::kNever ? bound : ""});
   }
   table.add_row({"tested pairs", std::to_string(count_pairs(robot) - masked.size())});
   table.add_row({"of them touch at rest", std::to_string(matrix.rest_pairs.size())});
@@ -275,13 +275,13 @@ Json variables_json(const scenes::Robot& robot) {
 }
 
 // Counts of what was masked, left out, held still and guessed.
-Json summary_json(const scenes::Robot& robot, const Matrix& matrix) {
+Json summary_json(const scenes::Robot& robot, const scenes::Matrix& matrix) {
   Json summary;
-  for (std::uint32_t r = 0; r < kMaskReasonCount; ++r) {
-    const auto reason = static_cast<MaskReason>(r);
+  for (std::uint32_t r = 0; r < scenes::kDisabledReasonCount; ++r) {
+    const auto reason = static_cast<scenes::DisabledReason>(r);
     summary["masked"][to_string(reason)] = count_reason(matrix.masked, reason);
   }
-  if (matrix.samples > 0) summary["never_at_most"] = never_bound(matrix.samples);
+  if (matrix.samples > 0) summary["never_at_most"] = scenes::never_bound(matrix.samples);
   summary["tested_pairs"] = count_pairs(robot) - matrix.masked.size();
   summary["touch_at_rest_and_tested"] = matrix.rest_pairs.size();
   summary["shapes_left_out"] = robot.left_out.shapes;
@@ -290,8 +290,8 @@ Json summary_json(const scenes::Robot& robot, const Matrix& matrix) {
   return summary;
 }
 
-Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, const RobotSession& session,
-             const Matrix& matrix, const RobotTotals& totals) {
+Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, const scenes::RobotSession& session,
+             const scenes::Matrix& matrix, const RobotTotals& totals) {
   const auto pair_json = [&](const LinkPair& pair) {
     return Json{{"link_a", name_of(robot, pair.a)}, {"link_b", name_of(robot, pair.b)}};
   };
@@ -306,15 +306,15 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   json["samples"] = options.srdf_path.empty() ? options.samples : 0;
   json["seed"] = options.seed;
   json["masked"] = Json::array();
-  for (const MaskedPair& pair : matrix.masked) {
+  for (const scenes::DisabledPair& pair : matrix.masked) {
     json["masked"].push_back(pair_json(pair.links));
     Json& entry = json["masked"].back();
     entry["reason"] = to_string(pair.reason);
-    if (pair.reason >= MaskReason::kDefault)  // what samples mask
+    if (pair.reason >= scenes::DisabledReason::kDefault)  // what samples mask
       entry["share"] = share_of(pair.touching_samples, matrix.samples);
   }
   json["touch_at_rest_and_tested"] = Json::array();
-  for (const RestPair& pair : matrix.rest_pairs) {
+  for (const scenes::RestPair& pair : matrix.rest_pairs) {
     json["touch_at_rest_and_tested"].push_back(pair_json(pair.links));
     if (matrix.samples > 0)
       json["touch_at_rest_and_tested"].back()["share"] = share_of(pair.touching_samples, matrix.samples);
@@ -349,20 +349,20 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   return json;
 }
 
-Matrix choose_matrix(const RobotCommandOptions& options, const scenes::Robot& robot,
-                     const std::vector<LinkPair>& disabled, const RobotSessionOptions& session) {
-  MatrixOptions matrix;
+scenes::Matrix choose_matrix(const RobotCommandOptions& options, const scenes::Robot& robot,
+                             const std::vector<LinkPair>& disabled, const scenes::RobotSessionOptions& session) {
+  scenes::MatrixOptions matrix;
   matrix.excluded = robot.body.ignored_pairs;
   matrix.excluded.insert(matrix.excluded.end(), disabled.begin(), disabled.end());
   matrix.derive = options.srdf_path.empty();
   matrix.samples = matrix.derive ? options.samples : 0;
   matrix.seed = options.seed;
-  return make_matrix(robot, matrix, session);
+  return scenes::make_matrix(robot, matrix, session);
 }
 
 // Writes the checked states as frames. All their poses are in memory.
 void write_recording(const RobotCommandOptions& options, const scenes::Robot& robot, std::vector<LinkPair> masked,
-                     const StateSource& states) {
+                     const scenes::StateSource& states) {
   scenes::Scene scene;
   scene.name = robot.body.name;
   scene.frame_count = static_cast<std::uint32_t>(states.count);
@@ -409,9 +409,9 @@ int robot_command(const RobotCommandOptions& options) {
     robot.notes.insert(robot.notes.end(), notes->begin(), notes->end());
   for (const std::string& note : robot.notes) tell("note", note);
 
-  StateSource states = {options.random_count, [&](std::uint64_t index, double* state) {
-                          scenes::random_state(robot, options.seed, index, state);
-                        }};
+  scenes::StateSource states = {options.random_count, [&](std::uint64_t index, double* state) {
+                                  scenes::random_state(robot, options.seed, index, state);
+                                }};
   if (!options.states_path.empty())
     states = {given.count, [&](std::uint64_t index, double* state) {
                 std::copy_n(given.values.data() + index * robot.variables.size(), robot.variables.size(), state);
@@ -420,11 +420,11 @@ int robot_command(const RobotCommandOptions& options) {
     throw UsageError("--record: " + std::to_string(states.count) + " states are too many; at most " +
                      std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
-  const RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
-  const Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
+  const scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
+  const scenes::Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
   std::vector<LinkPair> masked;
-  for (const MaskedPair& pair : matrix.masked) masked.push_back(pair.links);
-  RobotSession session(robot, masked, settings);
+  for (const scenes::DisabledPair& pair : matrix.masked) masked.push_back(pair.links);
+  scenes::RobotSession session(robot, masked, settings);
   const RobotTotals totals = check_states(session, robot, states, options, hits ? &hits.stream() : nullptr);
   if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);

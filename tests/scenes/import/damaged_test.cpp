@@ -1,13 +1,13 @@
 // Small files of every format that a command reads, cut off at twenty places and with random bytes changed fifty times:
 // each gives something to compute hits of, or one line that names a file, and costs no more than the limits.
 #include "perf/base/engine_session.h"
-#include "perf/tools/robot/session.h"
 #include "perf/tools/run/bodies_file.h"
 #include "scenes/import/import.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/kinematics.h"
 #include "scenes/robot/robot.h"
+#include "scenes/robot/session.h"
 #include "scenes/robot/state_file.h"
 #include "scenes/scene_list.h"
 #include "tests/rounds.h"
@@ -76,11 +76,11 @@ scenes::Robot robot_at(const std::string& path) {
 // What `cab robot` makes of a file.
 void run_robot(const std::string& path) {
   const scenes::Robot robot = robot_at(path);
-  perf::RobotSessionOptions options;
+  scenes::RobotSessionOptions options;
   options.policies.exact = Exact::kConvex;
-  const perf::StateSource states = {
+  const scenes::StateSource states = {
       4, [&](std::uint64_t index, double* state) { scenes::random_state(robot, 1, index, state); }};
-  perf::RobotSession(robot, {}, options).run(states, {}, [](const perf::StateChunk&) {});
+  scenes::RobotSession(robot, {}, options).run(states, {}, [](const scenes::StateChunk&) {});
 }
 
 // Reads the robot of a folder, and by it the file.

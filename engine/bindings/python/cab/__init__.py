@@ -15,9 +15,10 @@ from typing import List, NamedTuple
 
 from . import _cab
 from ._body import Body, Box, SkinnedBody, fit_box
+from ._checker import STATE_HIT, CollisionChecker
 from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip, intervals_of
 from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
-from ._files import MAX_FILE_BYTES, Motion, Robot, Variable, companion_files, load_motion
+from ._files import ALLOWED_COLLISION, MAX_FILE_BYTES, Motion, Robot, Variable, companion_files, load_motion
 from ._policies import Policies, PolicyField, policy_table, presets
 from ._queries import Answers, Queries, boxes, capsules, points, rays, regions, spheres
 from ._shape import Shape
@@ -66,6 +67,7 @@ def isa() -> str:
 __version__ = version()
 
 __all__ = [
+    "ALLOWED_COLLISION",
     "Answers",
     "Batch",
     "Body",
@@ -75,6 +77,7 @@ __all__ = [
     "CLIP_HIT",
     "CONTACT",
     "Clip",
+    "CollisionChecker",
     "DISTANCE",
     "Error",
     "FileError",
@@ -95,6 +98,7 @@ __all__ = [
     "Queries",
     "Robot",
     "Shape",
+    "STATE_HIT",
     "SkinnedBody",
     "Status",
     "UnsupportedError",

@@ -1,19 +1,25 @@
 """Characters and robots from files: motion files through assimp, URDF and MJCF."""
 
 import os
-from typing import Dict, List, NamedTuple, Optional, Tuple, Union
+import threading
+from typing import TYPE_CHECKING, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, Float32Array, Float64Array, UInt32Array, small_array
+from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array
 from ._body import Body
 from ._errors import UnsupportedError
 from ._status import Status
 
+if TYPE_CHECKING:
+    from ._checker import CollisionChecker
+
 PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
 
 MAX_FILE_BYTES: int = _cab.max_file_bytes
+
+ALLOWED_COLLISION = np.dtype([("a", "u4"), ("b", "u4"), ("reason", "U8"), ("touching", "u4")])
 
 
 class Motion(NamedTuple):
@@ -109,7 +115,7 @@ class Robot:
     reason.
     """
 
-    __slots__ = ("_data", "_body", "_variables")
+    __slots__ = ("_data", "_body", "_variables", "_lock", "_checker")
 
     def __init__(
         self,
@@ -124,6 +130,8 @@ class Robot:
         self._data = _cab.load_robot(os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing)
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
+        self._lock = threading.RLock()  # of what calls write into _data, and of _checker
+        self._checker: Optional["CollisionChecker"] = None
 
     @property
     def body(self) -> Body:
@@ -158,6 +166,39 @@ class Robot:
     def listed_pairs(self) -> UInt32Array:
         """(pairs, 2) uint32: links that a <pair> of an MJCF file lists, to be tested whatever else holds."""
         return np.array(self._data.listed_pairs, dtype=np.uint32).reshape(-1, 2)
+
+    def allowed_collisions(self, samples: int = 10000, seed: int = 1, *, threads: int = 1) -> StructuredArray:
+        """The pairs of links that need no test, as `cab robot` finds them (docs/robots.md): `cab.ALLOWED_COLLISION`.
+
+        Those that the file or the SRDF file excludes; without an SRDF file also adjacent links, and those that touch in
+        at least 95 % or in none of `samples` random states.
+
+        a, b     the links, a < b
+        reason   "file", "welded", "adjacent", "default", "always" or "never"
+        touching in how many of the samples they touch
+        """
+        with self._lock:
+            rows = self._data.disabled_pairs(samples, seed, threads)
+        return np.array(rows, dtype=ALLOWED_COLLISION)
+
+    def collides(self, states: ArrayLike) -> BoolArray:
+        """(n,) bool: whether links of the robot touch in each of the states (n, variables).
+
+        A `CollisionChecker` of this robot, made at the first call, which leaves out `allowed_collisions()`.
+        """
+        return self._own_checker().collides(states)
+
+    def hits(self, states: ArrayLike, *, depths: bool = False) -> StructuredArray:
+        """Which links touch in the states (n, variables): `CollisionChecker.hits` of the same checker."""
+        return self._own_checker().hits(states, depths=depths)
+
+    def _own_checker(self) -> "CollisionChecker":
+        from ._checker import CollisionChecker
+
+        with self._lock:
+            if self._checker is None:
+                self._checker = CollisionChecker(self)
+            return self._checker
 
     def random_states(self, count: int, seed: int = 1, first: int = 0) -> Float64Array:
         """(count, variables): random states within the limits, of the numbers `first`, `first` + 1, and so on.

@@ -16,7 +16,7 @@ from .policies import policies_of
 from .work import Item, LinkPair, Links, RobotChunk, Row, Source
 
 # The first sampled state, and the share of states from which on a pair always touches: those of
-# perf/tools/robot/matrix.cpp.
+# scenes/robot/matrix.cpp.
 FIRST_SAMPLE = 1 << 63
 ALWAYS_SHARE = 0.95
 

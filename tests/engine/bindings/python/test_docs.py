@@ -44,6 +44,12 @@ def test_the_clip_is_cleaned_as_the_document_says(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 5000
 
 
+def test_the_arm_collides_as_the_document_says():
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    assert run("arm_states.py") == printed_in_docs("arm_states.py")
+
+
 def test_other_lines_of_python_in_the_document_run():
     blocks = re.findall(r"```python\n(.*?)```", DOCUMENT, re.S)
     assert len(blocks) > 3

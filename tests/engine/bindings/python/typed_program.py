@@ -43,6 +43,13 @@ def failing(world: cab.World, body: cab.Body) -> cab.Status:
     return cab.Status.OK
 
 
+def states(robot: cab.Robot) -> int:
+    checker = cab.CollisionChecker(robot, margin=0.01)
+    checker.add_fixed(robot.body)
+    colliding: npt.NDArray[np.bool_] = checker.collides(robot.random_states(8))
+    return int(colliding.sum()) + len(robot.hits([robot.rest()], depths=True)) + len(robot.allowed_collisions(100))
+
+
 def what_there_is() -> Tuple[str, List[str], bool]:
     fields: List[cab.PolicyField] = cab.policy_table()
     assert fields and cab.presets()

@@ -12,8 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "perf/tools/robot/matrix.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/matrix.h"
 #include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {

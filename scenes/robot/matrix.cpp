@@ -1,4 +1,4 @@
-#include "perf/tools/robot/matrix.h"
+#include "scenes/robot/matrix.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
 
-namespace cab::perf {
+namespace cab::scenes {
 namespace {
 
 // The first sampled state for the matrix. It is far from those that `cab robot` checks, so that these are others.
@@ -24,55 +24,43 @@ class PairTable {
   std::vector<Cell> cells_;
 };
 
-std::vector<LinkPair> links_of(const std::vector<MaskedPair>& masked) {
+std::vector<LinkPair> links_of(const std::vector<DisabledPair>& masked) {
   std::vector<LinkPair> pairs;
-  for (const MaskedPair& pair : masked) pairs.push_back(pair.links);
+  for (const DisabledPair& pair : masked) pairs.push_back(pair.links);
   return pairs;
 }
 
 }  // namespace
 
-const char* to_string(MaskReason reason) {
-  switch (reason) {
-    case MaskReason::kFile: return "file";
-    case MaskReason::kWelded: return "welded";
-    case MaskReason::kAdjacent: return "adjacent";
-    case MaskReason::kDefault: return "default";
-    case MaskReason::kAlways: return "always";
-    case MaskReason::kNever: return "never";
-  }
-  return "unknown";
-}
-
-std::size_t count_shaped(const scenes::Robot& robot) {
-  const std::vector<bool> shaped = scenes::shaped_links(robot);
+std::size_t count_shaped(const Robot& robot) {
+  const std::vector<bool> shaped = shaped_links(robot);
   return static_cast<std::size_t>(std::count(shaped.begin(), shaped.end(), true));
 }
 
 double never_bound(std::uint32_t samples) { return -std::expm1(std::log(.05) / samples); }
 
-Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session) {
+Matrix make_matrix(const Robot& robot, const MatrixOptions& options, const RobotSessionOptions& session) {
   const std::size_t count = robot.links.size();
-  const std::vector<bool> shaped = scenes::shaped_links(robot);
+  const std::vector<bool> shaped = shaped_links(robot);
   PairTable<char> known(count);
   Matrix matrix;
   matrix.samples = options.samples;
-  const auto mask = [&](std::uint32_t a, std::uint32_t b, MaskReason reason, std::uint32_t touching) {
+  const auto mask = [&](std::uint32_t a, std::uint32_t b, DisabledReason reason, std::uint32_t touching) {
     if (a == b || !shaped[a] || !shaped[b] || known.at(a, b) != 0) return;
     known.at(a, b) = 1;
     matrix.masked.push_back({{std::min(a, b), std::max(a, b)}, reason, touching});
   };
-  for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, MaskReason::kFile, 0);
+  for (const LinkPair& pair : options.excluded) mask(pair.a, pair.b, DisabledReason::kFile, 0);
   if (robot.mujoco) {
     for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
-    for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, MaskReason::kWelded, 0);
+    for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, DisabledReason::kWelded, 0);
   }
   PairTable<char> at_rest(count);  // whether they touch there
   if (options.derive) {
-    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : scenes::adjacent_pairs(robot))
-      mask(pair.a, pair.b, MaskReason::kAdjacent, 0);
+    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : adjacent_pairs(robot))
+      mask(pair.a, pair.b, DisabledReason::kAdjacent, 0);
     const StateSource rest = {1, [&](std::uint64_t, double* state) {
-                                const std::vector<double> values = scenes::rest_state(robot);
+                                const std::vector<double> values = rest_state(robot);
                                 std::copy(values.begin(), values.end(), state);
                               }};
     RobotSession(robot, links_of(matrix.masked), session).run(rest, {}, [&](const StateChunk& chunk) {
@@ -82,7 +70,7 @@ Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, con
   PairTable<std::uint32_t> touching(count);  // in how many samples
   if (options.samples > 0) {
     const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
-                                  scenes::random_state(robot, options.seed, kFirstSample + index, state);
+                                  random_state(robot, options.seed, kFirstSample + index, state);
                                 }};
     RobotSession(robot, links_of(matrix.masked), session).run(random, {}, [&](const StateChunk& chunk) {
       for (const Hit& hit : chunk.hits) ++touching.at(hit.link_a, hit.link_b);
@@ -93,17 +81,17 @@ Matrix make_matrix(const scenes::Robot& robot, const MatrixOptions& options, con
       const std::uint32_t times = touching.at(a, b);
       const bool rests = at_rest.at(a, b) != 0;
       if (options.samples > 0 && times >= kAlwaysShare * options.samples) {
-        mask(a, b, rests ? MaskReason::kDefault : MaskReason::kAlways, times);
+        mask(a, b, rests ? DisabledReason::kDefault : DisabledReason::kAlways, times);
       } else if (rests) {
         matrix.rest_pairs.push_back({{a, b}, times});
       } else if (options.samples > 0 && times == 0) {
-        mask(a, b, MaskReason::kNever, 0);
+        mask(a, b, DisabledReason::kNever, 0);
       }
     }
-  std::sort(matrix.masked.begin(), matrix.masked.end(), [](const MaskedPair& l, const MaskedPair& r) {
+  std::sort(matrix.masked.begin(), matrix.masked.end(), [](const DisabledPair& l, const DisabledPair& r) {
     return l.links.a != r.links.a ? l.links.a < r.links.a : l.links.b < r.links.b;
   });
   return matrix;
 }
 
-}  // namespace cab::perf
+}  // namespace cab::scenes

@@ -1,0 +1,155 @@
+// States of robots: cab::CollisionChecker, as Python has it.
+#include <cab/collision_checker.h>
+#include <cab/files.h>
+
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "engine/bindings/python/arrays.h"
+#include "engine/bindings/python/body_data.h"
+#include "engine/bindings/python/engine_handle.h"
+#include "engine/bindings/python/errors.h"
+
+namespace cab::python {
+namespace {
+
+// A touching pair of links of one state: cab.STATE_HIT.
+struct StateHit {
+  std::uint32_t state;
+  std::int32_t fixed;  // the fixed body that link_b is of; -1: the robot
+  std::uint16_t link_a, link_b;
+  float depth;  // in metres; NaN unless depths are asked for
+};
+
+EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
+  EngineDesc desc;
+  desc.isa = isa_of(isa);
+  desc.thread_count = thread_count;
+  return desc;
+}
+
+// Raises ValueError for a state that was not tested.
+[[noreturn]] void raise_not_tested(std::size_t state) {
+  throw py::value_error("states[" + std::to_string(state) + "]: a number is not finite, or moves a link beyond 1e18");
+}
+
+class Checker {
+ public:
+  // `robot` must outlive this.
+  Checker(const files::Robot& robot, const BodyData& body, const std::string& isa, std::uint32_t thread_count,
+          float margin)
+      : variables_(robot.variables().size), checker_(desc_of(isa, thread_count)) {
+    require(checker_.status());
+    std::uint32_t bad_leaf = 0;
+    const Status status = checker_.set_robot(body.desc(), robot.kinematics(), &bad_leaf);
+    require(status, refused(status, bad_leaf));
+    checker_.world().job().margin = margin;
+  }
+
+  void add_fixed(const BodyData& body, const py::object& poses) {
+    const auto links = static_cast<py::ssize_t>(body.desc().link_parents.size);
+    const Span<const float> given = span_of<const float>(poses, {"poses", {links, 7}, "(links, 7)"});
+    auto copy = std::make_unique<std::vector<float>>(given.begin(), given.end());
+    std::uint32_t bad_leaf = 0;
+    const Status status = run([&] { return checker_.add_fixed(body.desc(), *copy, &bad_leaf); });
+    require(status, refused(status, bad_leaf));
+    poses_.push_back(std::move(copy));
+  }
+
+  py::array collides(const py::object& states) {
+    const Span<const double> values = values_of(states);
+    const std::size_t count = states.cast<py::array>().shape(0);
+    py::array_t<bool> out(static_cast<py::ssize_t>(count));
+    static_assert(sizeof(bool) == sizeof(StateAnswer));
+    auto* const answers = reinterpret_cast<StateAnswer*>(out.mutable_data());
+    std::size_t first_not_tested = count;
+    const Status status = run([&] {
+      const Status answered = checker_.check(values, {answers, count});
+      for (std::size_t i = count; i-- > 0;)
+        if (answers[i] == StateAnswer::kNotTested) first_not_tested = i;
+      return answered;
+    });
+    require(status);
+    if (first_not_tested < count) raise_not_tested(first_not_tested);
+    return std::move(out);
+  }
+
+  py::array hits(const py::object& states, bool depths) {
+    const Span<const double> values = values_of(states);
+    const std::size_t count = states.cast<py::array>().shape(0);
+    std::vector<StateHit> found;
+    std::size_t first_not_tested = count;
+    const Status status = run([&] {
+      checker_.world().want_contacts(depths);
+      Status tested = Status::kOk;
+      for (std::size_t first = 0; first < count && tested == Status::kOk && first_not_tested == count;
+           first += checker_.chunk()) {
+        const auto size = static_cast<std::uint32_t>(std::min<std::size_t>(checker_.chunk(), count - first));
+        tested = checker_.find_hits({values.data + first * variables_, size * variables_}, size);
+        append(first, depths, found);
+        const Span<const std::uint8_t> flags = checker_.flags();
+        for (std::size_t i = flags.size; i-- > 0;)
+          if (flags[i] != kInstanceOk) first_not_tested = first + i;
+      }
+      return tested;
+    });
+    require(status);
+    if (first_not_tested < count) raise_not_tested(first_not_tested);
+    py::array_t<StateHit> out(static_cast<py::ssize_t>(found.size()));
+    std::copy(found.begin(), found.end(), out.mutable_data());
+    return std::move(out);
+  }
+
+  std::string isa() { return to_string(engine_isa(checker_.world().engine())); }
+  std::uint32_t thread_count() { return engine_thread_count(checker_.world().engine()); }
+
+ private:
+  // Runs a call alone, without the interpreter's lock.
+  template <class Call>
+  Status run(const Call& call) {
+    const py::gil_scoped_release release;
+    const std::lock_guard lock(mutex_);
+    return call();
+  }
+
+  Span<const double> values_of(const py::object& states) const {
+    return span_of<const double>(states, {"states", {-1, static_cast<py::ssize_t>(variables_)}, "(n, variables)"});
+  }
+
+  void append(std::size_t first, bool depths, std::vector<StateHit>& found) {
+    World& world = checker_.world();
+    for (std::size_t h = 0; h < world.hits().size; ++h) {
+      const Hit& hit = world.hits()[h];
+      const auto fixed = static_cast<std::int32_t>(world.input(hit.batch_b) - world.inputs().data) - 1;
+      found.push_back({static_cast<std::uint32_t>(first + hit.instance_a), fixed, hit.link_a, hit.link_b,
+                       depths ? world.contacts()[h].depth : std::numeric_limits<float>::quiet_NaN()});
+    }
+  }
+
+  std::size_t variables_;
+  std::vector<std::unique_ptr<std::vector<float>>> poses_;  // of the fixed bodies
+  CollisionChecker checker_;
+  std::mutex mutex_;  // never waited for with the interpreter's lock
+};
+
+}  // namespace
+
+void bind_checker(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(StateHit, state, fixed, link_a, link_b, depth);
+  py::class_<Checker>(module, "Checker")
+      .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float>(),
+           py::keep_alive<1, 2>())
+      .def("add_fixed", &Checker::add_fixed)
+      .def("collides", &Checker::collides)
+      .def("hits", &Checker::hits)
+      .def_property_readonly("isa", &Checker::isa)
+      .def_property_readonly("thread_count", &Checker::thread_count);
+}
+
+}  // namespace cab::python

@@ -1,0 +1,151 @@
+"""CollisionChecker: states of robots, beside the clip of their poses and the command's matrix."""
+
+import json
+import os
+import pathlib
+import subprocess
+import threading
+
+import numpy as np
+import pytest
+
+import cab
+
+ARM = """<robot name="arm">
+  <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  <link name="upper"><collision><origin xyz="0 0 1"/><geometry><cylinder radius="0.1" length="2"/></geometry>
+    </collision></link>
+  <link name="lower"><collision><origin xyz="0 0 0.75"/><geometry><cylinder radius="0.1" length="1.5"/></geometry>
+    </collision></link>
+  <link name="hand"><collision><geometry><sphere radius="0.2"/></geometry></collision></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 0.6"/>
+    <axis xyz="1 0 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 2"/>
+    <axis xyz="1 0 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="wrist" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0 0 1.6"/></joint>
+</robot>
+"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    return cab.Robot(path)
+
+
+def table():
+    return cab.Body.from_boxes([-1], [[5, 5, 0.05]])
+
+
+def test_states_collide_where_a_clip_of_their_poses_has_hits(arm):
+    states = arm.random_states(3000, seed=5)
+    allowed = arm.allowed_collisions()
+    body = arm.body.ignoring(np.stack((allowed["a"], allowed["b"]), axis=1))
+    expected = cab.Clip(body, arm.poses(states)).hits()
+    assert 100 < len(set(expected["frame"])) < 2900
+    assert np.flatnonzero(arm.collides(states)).tolist() == sorted(set(expected["frame"].tolist()))
+    hits = arm.hits(states, depths=True)
+    assert hits.dtype == cab.STATE_HIT
+    for ours, theirs in [("state", "frame"), ("link_a", "link_a"), ("link_b", "link_b"), ("depth", "depth")]:
+        assert np.array_equal(hits[ours], expected[theirs])
+    assert set(hits["fixed"]) == {-1}
+    assert np.isnan(arm.hits(states)["depth"]).all()
+    assert arm.collides(states[:1]).tolist() == [len(expected) > 0 and expected["frame"][0] == 0]
+    assert arm.collides(np.empty((0, 2))).shape == (0,)
+    assert arm.collides(states.tolist()).tolist() == arm.collides(np.asfortranarray(states)).tolist()
+
+
+def test_fixed_bodies_and_a_margin_count(arm):
+    checker = cab.CollisionChecker(arm, threads=2)
+    upright = [[0.0, 0.0]]
+    assert not checker.collides(upright)[0]
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 9]])
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.3]])
+    assert checker.collides(upright)[0]
+    hits = checker.hits(upright, depths=True)
+    assert arm.body.names[hits["link_a"][0]] == "hand"
+    assert (hits["fixed"].tolist(), hits["link_b"].tolist()) == ([1], [0])
+    assert hits["depth"][0] == pytest.approx(4.4 - 4.25, abs=1e-4)
+    close = cab.CollisionChecker(arm, ignored=[], margin=0.05)
+    assert close.collides(upright)[0]  # the upper arm stands 0.1 above the base, but elbow and hand touch as built
+    near = cab.CollisionChecker(arm, margin=0.5)
+    near.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.75]])
+    assert near.collides(upright)[0]
+    assert near.hits(upright, depths=True)["depth"][0] == pytest.approx(-0.3, abs=1e-4)
+
+
+def test_what_is_allowed_is_what_the_command_finds(arm, tmp_path):
+    command = os.environ.get("CAB_COMMAND")
+    if not command:
+        pytest.skip("the command is not built")
+    out = tmp_path / "matrix.json"
+    file = tmp_path / "arm.urdf"
+    subprocess.run([command, "robot", file, "--samples", "500", "--seed", "7", "--json", out], check=False)
+    masked = json.loads(out.read_text())["masked"]
+    allowed = arm.allowed_collisions(500, 7)
+    names = arm.body.names
+    assert len(allowed) > 0 and allowed.dtype == cab.ALLOWED_COLLISION
+    assert [(names[a], names[b], why) for a, b, why, _ in allowed.tolist()] == [
+        (pair["link_a"], pair["link_b"], pair["reason"]) for pair in masked
+    ]
+    assert {"adjacent"} <= set(allowed["reason"])
+    assert len(arm.allowed_collisions(0)) < len(allowed) or "never" not in allowed["reason"]
+
+
+def test_an_srdf_file_is_all_that_is_allowed(arm, tmp_path):
+    srdf = tmp_path / "arm.srdf"
+    srdf.write_text('<robot name="arm"><disable_collisions link1="base" link2="hand" reason="Never"/></robot>')
+    allowed = cab.Robot(tmp_path / "arm.urdf", srdf=srdf).allowed_collisions()
+    assert [(a, b, why) for a, b, why, _ in allowed.tolist()] == [(0, 3, "file")]
+
+
+def test_what_is_not_tested_or_no_state_is_an_error(arm):
+    states = np.zeros((2000, 2))
+    states[1900, 1] = np.nan
+    for call in (arm.collides, arm.hits):
+        with pytest.raises(ValueError, match=r"states\[1900\]: a number is not finite"):
+            call(states)
+        with pytest.raises(ValueError, match="states"):
+            call([[0.0]])
+        with pytest.raises(TypeError, match="states"):
+            call([["a", "b"]])
+    checker = cab.CollisionChecker(arm)
+    with pytest.raises(ValueError, match="poses"):
+        checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0]])
+    with pytest.raises(cab.InputError, match="poses"):
+        checker.add_fixed(table(), [[0, 0, 0, 0, 0, 0, 0]])
+    with pytest.raises(cab.InputError, match="margin"):
+        cab.CollisionChecker(arm, margin=-1).collides([[0.0, 0.0]])
+    with pytest.raises(ValueError, match="isa"):
+        cab.CollisionChecker(arm, isa="z80")
+    assert checker.isa in cab.isas() and checker.threads == 1
+
+
+def test_threads_share_a_checker(arm):
+    states = arm.random_states(500)
+    expected = arm.collides(states).tolist()
+    answers = [None] * 8
+
+    def ask(k):
+        answers[k] = arm.collides(states).tolist()
+
+    threads = [threading.Thread(target=ask, args=(k,)) for k in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert answers == [expected] * 8
+
+
+def test_all_pairs_of_the_panda_robot():
+    data = os.environ.get("CAB_DATA_DIR")
+    path = pathlib.Path(data or "") / "robots/panda_description"
+    if not data or not path.exists() or not cab._cab.reads_files:
+        pytest.skip("the Panda is not there (CAB_DATA_DIR)")
+    robot = cab.Robot(path / "urdf/panda.urdf", packages={"example-robot-data": data}, srdf=path / "srdf/panda.srdf")
+    states = robot.random_states(2000)
+    hits = cab.Clip(robot.body, robot.poses(states)).hits(depths=False)
+    assert np.flatnonzero(robot.collides(states)).tolist() == sorted(set(hits["frame"].tolist()))

@@ -1,0 +1,241 @@
+// CollisionChecker: the answers of the plain calls, for any number of states, and a status for every misuse.
+#include <cab/collision_checker.h>
+
+#include "perf/harness/random_joints.h"
+#include "perf/harness/random_rig.h"
+#include "perf/harness/world.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <limits>
+#include <vector>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr float kPose[7] = {0, 0, 0, 1, 0, 0, 0};
+constexpr std::int32_t kOneLink[] = {-1};
+
+// A robot: a rig on the links of a body with joints.
+struct JointedRig {
+  JointedBody body;
+  Rig rig;
+};
+
+JointedRig random_robot(Random& random) {
+  JointedRig out;
+  out.body = random_joints(random, 10);
+  for (LinkPlaceDesc& link : out.body.links)
+    for (double& x : link.translation) x *= 0.4;
+  out.rig = random_rig(random, Topology::kTree, static_cast<unsigned>(out.body.parents.size()), 2);
+  out.rig.parents = out.body.parents;
+  return out;
+}
+
+std::vector<double> random_states(Random& random, const JointedRig& robot, std::size_t count) {
+  std::vector<double> states(count * robot.body.variable_count);
+  for (double& x : states) x = random.uniform(-3, 3);
+  return states;
+}
+
+// A world of one sequence with the poses of states, by the plain calls. Fixed bodies are sequences of one instance.
+struct PlainWorld {
+  explicit PlainWorld(const JointedRig& robot, const std::vector<double>& states) {
+    const std::size_t count = states.size() / robot.body.variable_count;
+    Member member;
+    member.rig = robot.rig;
+    member.kind = BatchKind::kSequence;
+    member.poses.link_count = robot.rig.link_count();
+    member.poses.instance_count = static_cast<std::uint32_t>(count);
+    member.poses.data.resize(7 * count * robot.rig.link_count());
+    REQUIRE(compute_link_poses(robot.body.desc(), states, Isa::kScalar, member.poses.data) == Status::kOk);
+    world.members.push_back(member);
+    world.rules.push_back({{1}, {1}, Pairing::kWithin});
+  }
+  void add_fixed(const Rig& rig, const std::vector<float>& poses) {
+    Member member;
+    member.rig = rig;
+    member.kind = BatchKind::kSequence;
+    member.poses.link_count = rig.link_count();
+    member.poses.instance_count = 1;
+    member.poses.data = poses;
+    world.members.push_back(member);
+    world.rules.push_back({{1}, {static_cast<std::uint32_t>(world.members.size())}, Pairing::kBetween});
+  }
+  Outcome run() const {
+    Policies policies;
+    policies.exact = Exact::kConvex;
+    return run_world(world, policies);
+  }
+
+  oracle::World world;
+};
+
+Rig random_fixed(Random& random, std::vector<float>& poses) {
+  const Rig rig = random_rig(random, Topology::kStar, 1 + random.index(3), 2);
+  for (std::uint32_t l = 0; l < rig.link_count(); ++l) {
+    double q[4];
+    random_turn(random, q);
+    float pose[7];
+    write_pose(PoseFormat::kQuaternionTranslation, q, random.uniform(0.3, 1) * random.unit_vector(), pose);
+    poses.insert(poses.end(), pose, pose + 7);
+  }
+  return rig;
+}
+
+// Refuses what has one link with a box.
+struct Plain {
+  JointedBody body;
+  Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {.5f, .5f, .5f}), {}};
+  ArticulationDesc desc;
+  Plain() {
+    body.parents = {-1};
+    body.links.resize(1);
+    body.variable_count = 1;
+    desc.link_parents = kOneLink;
+    desc.leaves = {&leaf, 1};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("states collide where frames of their poses have hits, alone and among fixed bodies") {
+  std::size_t colliding = 0, free = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(40); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const JointedRig robot = random_robot(random);
+    const std::size_t count = random.chance(0.2) ? 1000 + random.index(2000) : random.index(100);
+    std::vector<double> states = random_states(random, robot, count);
+    PlainWorld plain(robot, states);
+    std::vector<std::vector<float>> poses(random.index(3));
+    std::vector<Rig> fixed;
+    for (std::vector<float>& pose : poses) fixed.push_back(random_fixed(random, pose));
+
+    EngineDesc desc;
+    desc.thread_count = 1 + random.index(2);
+    CollisionChecker checker(desc);
+    REQUIRE(checker.set_robot(robot.rig.desc(), robot.body.desc()) == Status::kOk);
+    for (std::size_t f = 0; f < fixed.size(); ++f) {
+      REQUIRE(checker.add_fixed(fixed[f].desc(), poses[f]) == Status::kOk);
+      plain.add_fixed(fixed[f], poses[f]);
+    }
+    std::vector<StateAnswer> answers(count), expected(count, StateAnswer::kFree);
+    std::vector<Hit> hits;
+    if (count > 0) hits = plain.run().hits;
+    for (const Hit& hit : hits) expected[hit.instance_a] = StateAnswer::kColliding;
+    REQUIRE(checker.check(states, answers) == Status::kOk);
+    CHECK(answers == expected);
+    for (const StateAnswer answer : answers) ++(answer == StateAnswer::kFree ? free : colliding);
+
+    std::vector<Hit> found;
+    for (std::uint32_t first = 0; first < count; first += checker.chunk()) {
+      const auto size = std::min(checker.chunk(), static_cast<std::uint32_t>(count) - first);
+      const std::uint32_t variables = robot.body.variable_count;
+      REQUIRE(checker.find_hits({states.data() + first * variables, size * variables}, size) == Status::kOk);
+      CHECK(checker.flags().size == size);
+      for (Hit hit : checker.world().hits()) {
+        hit.instance_a += first;
+        if (hit.batch_b == hit.batch_a) hit.instance_b = hit.instance_a;
+        found.push_back(hit);
+      }
+    }
+    // The plain world has all states in one batch, so its hits are sorted by state over all of them.
+    CHECK(same_hits(found, hits));
+
+    if (count > 0) {
+      const std::size_t bad = random.index(static_cast<unsigned>(count));
+      for (std::uint32_t v = 0; v < robot.body.variable_count; ++v) states[bad * robot.body.variable_count + v] = kNan;
+      REQUIRE(checker.check(states, answers) == Status::kOk);
+      if (!robot.body.joints.empty()) expected[bad] = StateAnswer::kNotTested;
+      CHECK(answers == expected);
+    }
+  }
+  CHECK(colliding > least_count(500, 40));
+  CHECK(free > least_count(500, 40));
+}
+
+TEST_CASE("a margin makes states collide that come closer, and contacts say how close") {
+  Plain plain;
+  plain.body.links[0].joint_count = 1;
+  plain.body.joints.resize(1);
+  plain.body.joints[0].kind = JointKind::kPrismatic;
+  CollisionChecker checker;
+  REQUIRE(checker.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  const float poses[] = {0, 0, 0, 1, 0, 0, 2};
+  REQUIRE(checker.add_fixed(plain.desc, poses) == Status::kOk);
+  const std::vector<double> states = {0, 0.85, 1.25, 5};
+  std::vector<StateAnswer> answers(4);
+  const auto colliding = [&] {
+    std::size_t out = 0;
+    REQUIRE(checker.check(states, answers) == Status::kOk);
+    for (const StateAnswer answer : answers) out += answer == StateAnswer::kColliding;
+    return out;
+  };
+  CHECK(colliding() == 1);
+  checker.world().job().margin = 0.2f;
+  CHECK(colliding() == 2);
+  CHECK(answers[1] == StateAnswer::kColliding);
+  checker.world().want_contacts();
+  REQUIRE(checker.find_hits(states, 4) == Status::kOk);
+  const Span<const Contact> contacts = checker.world().contacts();
+  REQUIRE(contacts.size == 2);
+  CHECK(contacts[0].depth == doctest::Approx(-0.15));
+  CHECK(contacts[1].depth == doctest::Approx(0.25));
+}
+
+TEST_CASE("a checker refuses what it cannot take, and stays as it was") {
+  const Plain plain;
+  const KinematicsDesc kinematics = plain.body.desc();
+  CollisionChecker checker;
+  const double state = 0;
+  StateAnswer answer = StateAnswer::kNotTested;
+  CHECK(checker.check({&state, 1}, {&answer, 1}) == Status::kUnknownBatch);
+  CHECK(checker.add_fixed(plain.desc, kPose) == Status::kUnknownBatch);
+  CHECK(checker.set_robot(plain.desc, {}) == Status::kNoLinks);
+  JointedBody two = plain.body;
+  two.parents = {-1, 0};
+  two.links.resize(2);
+  CHECK(checker.set_robot(plain.desc, two.desc()) == Status::kBadJoint);
+  ArticulationDesc none = plain.desc;
+  none.leaves = {};
+  CHECK(checker.set_robot(none, kinematics) == Status::kNoLeaves);
+  Plain bad;
+  bad.leaf.box.half[1] = -1;
+  std::uint32_t leaf = 7;
+  CHECK(checker.set_robot(bad.desc, kinematics, &leaf) == Status::kBadLeafBox);
+  CHECK(leaf == 0);
+  REQUIRE(checker.set_robot(plain.desc, kinematics) == Status::kOk);
+  CHECK(checker.set_robot(plain.desc, kinematics) == Status::kBatchGivenTwice);
+
+  CHECK(checker.add_fixed(plain.desc, {kPose, 6}) == Status::kBadPoses);
+  CHECK(checker.add_fixed(plain.desc, {nullptr, 7}) == Status::kBadPoses);
+  const float no_pose[7] = {};
+  CHECK(checker.add_fixed(plain.desc, no_pose) == Status::kBadPoses);
+  CHECK(checker.world().inputs().size == 1);
+  CHECK(checker.world().rules().size == 1);
+
+  CHECK(checker.check({&state, 0}, {&answer, 1}) == Status::kBadOutput);
+  CHECK(checker.check({nullptr, 1}, {&answer, 1}) == Status::kBadOutput);
+  CHECK(checker.check({&state, 1}, {nullptr, 1}) == Status::kBadOutput);
+  CHECK(checker.find_hits({&state, 1}, checker.chunk() + 1) == Status::kBadCount);
+  CHECK(checker.find_hits({&state, 1}, 2) == Status::kBadOutput);
+  CHECK(checker.flags().empty());
+  CHECK(checker.check({}, {}) == Status::kOk);
+  CHECK(checker.check({&state, 1}, {&answer, 1}) == Status::kOk);
+  CHECK(answer == StateAnswer::kFree);
+
+  EngineDesc nowhere;
+  nowhere.isa = static_cast<Isa>(kIsaCount + 1);
+  CollisionChecker without(nowhere);
+  CHECK(without.status() == Status::kIsaNotAvailable);
+  CHECK(without.set_robot(plain.desc, kinematics) == Status::kIsaNotAvailable);
+  CHECK(without.check({}, {}) == Status::kIsaNotAvailable);
+}
+
+}  // namespace cab::tests
