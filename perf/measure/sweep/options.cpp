@@ -77,10 +77,6 @@ Command add_sweep(CLI::App& app) {
       "crowds at coarser levels of detail too: times, and pairs of characters that are reported and apart");
   add_json(command, o.json_path, "write one row per cell as JSON");
   add_csv(command, o.csv_path, "write one row per cell as CSV");
-  add_path(command, "--plot", o.plot_folder,
-           "draw pictures as SVG into a folder (needs gnuplot); without FILE and --scene also strategies by"
-           " number of boxes and times by size of the crowd")
-      ->type_name("DIR");
   return {&command, [options] { return sweep_command(*options); }};
 }
 

@@ -52,18 +52,6 @@ std::size_t SweepScene::most_leaves() const {
   return most;
 }
 
-std::vector<SweepMember> sweep_family(const std::string& family) {
-  std::vector<SweepMember> members;
-  for (const scenes::NamedScene& scene : scenes::scene_list()) {
-    if (!scene.is_for(scenes::kSweepCommand)) continue;
-    const std::string name = scene.name;
-    const std::size_t minus = name.find('-');
-    if (minus != std::string::npos && name.substr(0, minus) == family)
-      members.push_back({name, static_cast<std::uint32_t>(std::stoul(name.substr(minus + 1)))});
-  }
-  return members;
-}
-
 SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_count) {
   const scenes::NamedScene* const row = scenes::find_scene(scenes::kSweepCommand, name);
   if (row == nullptr) throw std::invalid_argument("make_sweep_scene: no scene is called " + name);

@@ -18,14 +18,6 @@
 
 namespace cab::perf {
 
-// A scene of a family: the name of the scene is that of the family, a minus and a number. sweep_family returns the
-// scenes of `cab sweep` that belong to a family, in the order of the scene list.
-struct SweepMember {
-  std::string name;
-  std::uint32_t number;
-};
-std::vector<SweepMember> sweep_family(const std::string& family);
-
 // A scene in memory: frames of a few characters, or a crowd with its poses.
 struct SweepScene {
   std::string name;

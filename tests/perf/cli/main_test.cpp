@@ -65,7 +65,6 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"inspect", ""}, "FILE: '' names no file"},
       {{"inspect", file, "--json", ""}, "--json: '' names no file"},
       {{"paper", "--csv", ""}, "--csv: '' names no file"},
-      {{"sweep", "--plot", ""}, "--plot: '' names no file"},
       {{"verify", "--resume", ""}, "--resume: '' names no file"},
       {{"crowd", "--scene", "battle", "--clip", ""}, "--clip: '' names no file"},
       {{"crowd", "--scene", "bottleneck", "--clip", file, "--trajectories", ""}, "--trajectories: '' names no file"},

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -384,61 +383,6 @@ TEST_CASE("cab sweep --lods has a row per level of detail, and none misses two c
   }
   CHECK(rows["reach1"][3] > rows["reach8"][3]);
   CHECK(rows["nodes1"][3] > rows["nodes8"][3]);
-}
-
-TEST_CASE("cab sweep --plot draws pictures that name their axes, units and policies, or says what to install") {
-  const TemporaryFolder folder;
-  const std::string plots = folder / "new/plots";
-  const Words words = {"--scene",      "chains6,detailed-16,detailed-32,detailed-64",
-                       "--characters", "20",
-                       "--rounds",     "2",
-                       "--refit",      "cab,aabb_hull",
-                       "--plot",       plots};
-  {
-    const std::string path = std::getenv("PATH");
-    setenv("PATH", "/nonexistent", 1);
-    const Outcome outcome = sweep(words);
-    setenv("PATH", path.c_str(), 1);
-    CHECK(outcome.exit_code == 1);
-    CHECK(outcome.out.empty());
-    CHECK(outcome.error == "cab: --plot: gnuplot does not run here; install the package gnuplot-nox\n");
-  }
-  const Outcome outcome = sweep(words);
-  if (outcome.error.find("gnuplot-nox") != std::string::npos) {
-    MESSAGE("skipped: gnuplot is not installed");
-    return;
-  }
-  CHECK(outcome.error == "");
-  REQUIRE(outcome.exit_code == 0);
-  Words file = words;
-  file.back() = plots + "/false-positives-chains6.svg";
-  const Outcome not_made = sweep(file);
-  CHECK(not_made.exit_code == 1);
-  CHECK(not_made.out.empty());
-  CHECK(not_made.error.find("--plot: cannot make the folder") != std::string::npos);
-  struct Shown {
-    const char* picture;
-    Words words;
-  };
-  const std::vector<Shown> all = {
-      {"false-positives-chains6",
-       {"false positives per frame", "time, microseconds per frame", "refit cab", "refit aabb_hull", "strategy rows"}},
-      {"growth-chains6", {"smallest oriented boxes", "time, microseconds per frame", "refit cab", "extents leaves"}},
-      {"growth-detailed-64", {"times that of refit covariance", "refit aabb_hull"}},
-      {"crossover-detailed",
-       {"boxes per character", "time, microseconds per character and frame", "strategy tree", "strategy brute", ">16<",
-        ">64<"}}};
-  for (const Shown& shown : all) {
-    CAPTURE(std::string(shown.picture));
-    const std::string svg = read_text(plots + "/" + shown.picture + ".svg");
-    CHECK(svg.find("</svg>") != std::string::npos);
-    for (const std::string& word : shown.words) {
-      CAPTURE(word);
-      CHECK(svg.find(word) != std::string::npos);
-    }
-    CHECK(outcome.out.find(std::string(" ") + shown.picture + ".svg") != std::string::npos);
-  }
-  CHECK(outcome.out.find("scaling") == std::string::npos);  // for a single crowd there is nothing to draw
 }
 
 TEST_CASE("cab sweep says what was wrong and how to do it right") {
