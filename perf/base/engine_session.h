@@ -26,6 +26,7 @@ enum class LaneContent : std::uint8_t {
   kFrames,  // one sequence per character: a lane is a frame
   kPairs,   // one frame at a time, one batch of one instance per character: a lane is a pair of boxes
 };
+inline constexpr const char* kLaneContentNames[] = {"frames", "pairs"};  // in the order of LaneContent
 
 struct SessionOptions {
   Isa isa = Isa::kAuto;

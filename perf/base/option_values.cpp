@@ -22,6 +22,13 @@ bool read_whole(const std::string& text, T& value) {
 
 bool read_finite(const std::string& text, double& value) { return read_whole(text, value) && std::isfinite(value); }
 
+double read_positive(const std::string& option, const std::string& text, const char* example) {
+  double value = 0;
+  if (!read_finite(text, value) || !(value > 0))
+    reject(option, text, std::string("a number above 0, for example ") + example);
+  return value;
+}
+
 }  // namespace
 
 void reject(const std::string& option, const std::string& text, const std::string& wanted) {
@@ -57,10 +64,16 @@ std::array<double, 3> read_offset(const std::string& option, const std::string& 
   return offset;
 }
 
-double read_positive(const std::string& option, const std::string& text, const std::string& example) {
-  double value = 0;
-  if (!read_finite(text, value) || !(value > 0)) reject(option, text, "a number above 0, for example " + example);
-  return value;
+std::size_t read_choice(const std::string& option, const std::string& text, const std::vector<std::string>& names,
+                        const std::string& wanted) {
+  const auto found = std::find(names.begin(), names.end(), text);
+  if (found == names.end()) reject(option, text, wanted + "; choose " + joined(names, ", "));
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+double read_positive(const std::string& option, const std::string& text) { return read_positive(option, text, "0.5"); }
+double read_metres_per_unit(const std::string& option, const std::string& text) {
+  return read_positive(option, text, "0.0254 for inches");
 }
 
 double read_not_negative(const std::string& option, const std::string& text) {
@@ -94,14 +107,6 @@ std::string isa_names(const char* separator, bool available_only) {
   return joined(names, separator);
 }
 
-LodKind read_lod_kind(const std::string& option, const std::string& text) {
-  for (const LodKind kind : {LodKind::kReach, LodKind::kNodes})
-    if (text == lod_kind_name(kind)) return kind;
-  reject(option, text, "a kind of levels of detail; choose reach, nodes");
-}
-
-const char* lod_kind_name(LodKind kind) { return kind == LodKind::kReach ? "reach" : "nodes"; }
-
 Isa read_isa(const std::string& option, const std::string& text) {
   for (std::uint8_t i = 0; i < kIsaCount; ++i) {
     const Isa isa = static_cast<Isa>(i);
@@ -112,12 +117,6 @@ Isa read_isa(const std::string& option, const std::string& text) {
     return isa;
   }
   reject(option, text, "an instruction set; choose auto, " + isa_names(", ", true));
-}
-
-LaneContent read_lanes(const std::string& option, const std::string& text) {
-  if (text == "frames") return LaneContent::kFrames;
-  if (text == "pairs") return LaneContent::kPairs;
-  reject(option, text, "frames or pairs");
 }
 
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text) {
@@ -138,16 +137,23 @@ std::string policy_names(std::uint32_t field, const char* separator) {
   return joined(names, separator);
 }
 
+std::uint32_t policy_row(const std::string& name) {
+  std::uint32_t row = 0;
+  while (policy_table()[row].name != name) ++row;
+  return row;
+}
+
+const char* policy_value(const Policies& policies, std::uint32_t field) {
+  return policy_table()[field].values[policy_get(policies, field)].name;
+}
+
 std::string policy_value(const Policies& policies, const char* field_name) {
-  for (std::uint32_t field = 0; field < policy_table().size; ++field)
-    if (policy_table()[field].name == std::string(field_name))
-      return policy_table()[field].values[policy_get(policies, field)].name;
-  return {};
+  return policy_value(policies, policy_row(field_name));
 }
 
 std::string policy_help(const Policies& defaults, std::uint32_t field) {
   const PolicyField& row = policy_table()[field];
-  std::string help = std::string(row.meaning) + " (default " + row.values[policy_get(defaults, field)].name + ")";
+  std::string help = std::string(row.meaning) + " (default " + policy_value(defaults, field) + ")";
   for (std::uint32_t v = 0; v < row.value_count; ++v)
     help += std::string("\n  ") + row.values[v].name + ": " + (v < row.use_count ? "" : "for comparison, ") +
             row.values[v].meaning;
@@ -190,8 +196,7 @@ std::string preset_help() {
   for (const PolicyPreset& preset : preset_table()) {
     help += std::string("\n  ") + preset.name + ": " + preset.meaning + "\n   ";
     for (std::uint32_t f = 0; f < policy_table().size; ++f)
-      help += std::string(" --") + policy_table()[f].name + " " +
-              policy_table()[f].values[policy_get(preset.policies, f)].name;
+      help += std::string(" --") + policy_table()[f].name + " " + policy_value(preset.policies, f);
   }
   return help;
 }

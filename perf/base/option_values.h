@@ -23,11 +23,13 @@ std::string joined(const std::vector<std::string>& words, const std::string& bet
 // X,Y,Z: three finite numbers.
 std::array<double, 3> read_offset(const std::string& option, const std::string& text);
 
-// How the unit of a file in metres may be given.
-inline constexpr const char* kUnitExample = "0.0254 for inches";
+// The place of a name among names. wanted: what the names are.
+std::size_t read_choice(const std::string& option, const std::string& text, const std::vector<std::string>& names,
+                        const std::string& wanted);
 
-// A finite number above zero. example: what the option may well be.
-double read_positive(const std::string& option, const std::string& text, const std::string& example = "0.5");
+// A finite number above zero; the second function names a unit as its example.
+double read_positive(const std::string& option, const std::string& text);
+double read_metres_per_unit(const std::string& option, const std::string& text);
 
 // A finite number that is 0 or above.
 double read_not_negative(const std::string& option, const std::string& text);
@@ -41,9 +43,6 @@ std::optional<std::uint32_t> read_frame(const std::string& option, const std::st
 // An instruction set that this CPU and build can run, or auto.
 Isa read_isa(const std::string& option, const std::string& text);
 
-// The word frames or pairs.
-LaneContent read_lanes(const std::string& option, const std::string& text);
-
 // Different whole numbers, separated by commas.
 std::vector<std::uint32_t> read_number_list(const std::string& option, const std::string& text);
 
@@ -53,16 +52,19 @@ std::vector<std::string> split_commas(const std::string& text);
 // The names of all instruction sets except auto, or only of those that run here, joined by a separator.
 std::string isa_names(const char* separator, bool available_only);
 
-// The kind of a level of detail by its name, `reach` or `nodes`, and back.
-LodKind read_lod_kind(const std::string& option, const std::string& text);
-const char* lod_kind_name(LodKind kind);
+// The names of kinds of levels of detail, in the order of LodKind.
+inline constexpr const char* kLodKindNames[] = {"reach", "nodes"};
 
 // About one row of policy_table(): the names of its values, joined by a separator; a help text with its meaning, its
 // default and one line per value.
 std::string policy_names(std::uint32_t field, const char* separator);
 std::string policy_help(const Policies& defaults, std::uint32_t field);
 
-// The name of the value that a field of policy_table() has, by the field's name.
+// The row of policy_table() with a name that is there.
+std::uint32_t policy_row(const std::string& name);
+
+// The name of the value that a field of policy_table() has, by the field's row or name.
+const char* policy_value(const Policies& policies, std::uint32_t field);
 std::string policy_value(const Policies& policies, const char* field_name);
 
 // Different values of a field by their names, separated by commas; the help text for such a list.

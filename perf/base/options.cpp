@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "perf/base/option_values.h"
 #include "scenes/import/import.h"
 
 namespace cab::perf {
@@ -15,25 +14,34 @@ constexpr std::uint32_t kMaxRounds = 100000;
 
 }  // namespace
 
+CLI::Option* add_text(CLI::App& command, const std::string& option, const std::string& type, const std::string& meaning,
+                      std::function<void(const std::string&)> take) {
+  return command.add_option_function<std::string>(option, std::move(take), meaning)->type_name(type);
+}
+
+CLI::Option* add_texts(CLI::App& command, const std::string& option, const std::string& type,
+                       const std::string& meaning, std::function<void(const std::string&)> take) {
+  const auto take_all = [take = std::move(take)](const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) take(text);
+  };
+  return command.add_option_function<std::vector<std::string>>(option, take_all, meaning)
+      ->type_name(type)
+      ->allow_extra_args(false);
+}
+
 void add_isa(CLI::App& command, Isa& isa) {
-  command
-      .add_option_function<std::string>(
-          "--isa", [&isa](const std::string& text) { isa = read_isa("--isa", text); },
-          "instruction set (default auto); this machine has " + isa_names(", ", true))
-      ->type_name("auto|" + isa_names("|", false));
+  add_read(command, "--isa", "auto|" + isa_names("|", false), isa,
+           "instruction set (default auto); this machine has " + isa_names(", ", true), read_isa);
 }
 
 void add_isas(CLI::App& command, std::vector<Isa>& isas, const std::string& by_default) {
-  command
-      .add_option_function<std::string>(
-          "--isa",
-          [&isas](const std::string& text) {
-            isas.clear();
-            for (const std::string& name : split_commas(text)) isas.push_back(read_isa("--isa", name));
-          },
-          "instruction sets, separated by commas (default " + by_default + "); this machine has " +
-              isa_names(", ", true))
-      ->type_name("LIST");
+  add_text(
+      command, "--isa", "LIST",
+      "instruction sets, separated by commas (default " + by_default + "); this machine has " + isa_names(", ", true),
+      [&isas](const std::string& text) {
+        isas.clear();
+        for (const std::string& name : split_commas(text)) isas.push_back(read_isa("--isa", name));
+      });
 }
 
 void add_threads(CLI::App& command, std::uint32_t& thread_count) {
@@ -43,33 +51,22 @@ void add_threads(CLI::App& command, std::uint32_t& thread_count) {
 }
 
 void add_policy(CLI::App& command, std::uint32_t field, Policies& policies) {
-  const PolicyField& row = policy_table()[field];
-  command
-      .add_option_function<std::string>(
-          std::string("--") + row.name,
-          [&policies, field](const std::string& text) { set_policy(policies, field, text); },
-          policy_help(policies, field))
-      ->type_name(policy_names(field, "|"));
+  add_text(command, std::string("--") + policy_table()[field].name, policy_names(field, "|"),
+           policy_help(policies, field),
+           [&policies, field](const std::string& text) { set_policy(policies, field, text); });
 }
 
 void add_policies(CLI::App& command, Policies& policies) {
-  command
-      .add_option_function<std::string>(
-          "--preset", [&policies](const std::string& text) { set_preset(policies, text); }, preset_help())
-      ->type_name(preset_names("|"));
+  add_text(command, "--preset", preset_names("|"), preset_help(),
+           [&policies](const std::string& text) { set_preset(policies, text); });
   for (std::uint32_t field = 0; field < policy_table().size; ++field) add_policy(command, field, policies);
 }
 
 void add_up(CLI::App& command, char& up, const std::string& meaning) {
-  command
-      .add_option_function<std::string>(
-          "--up",
-          [&up](const std::string& text) {
-            if (text != "x" && text != "y" && text != "z") reject("--up", text, "x, y or z");
-            up = text[0];
-          },
-          meaning)
-      ->type_name("x|y|z");
+  add_text(command, "--up", "x|y|z", meaning, [&up](const std::string& text) {
+    if (text != "x" && text != "y" && text != "z") reject("--up", text, "x, y or z");
+    up = text[0];
+  });
 }
 
 void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& sandbox) {
@@ -79,7 +76,7 @@ void add_no_sandbox(CLI::App& command, std::optional<scenes::SandboxLimits>& san
 }
 
 double read_unit(const std::string& option, const std::string& text) {
-  return text == "auto" ? kAutoUnit : read_positive(option, text, kUnitExample);
+  return text == "auto" ? kAutoUnit : read_metres_per_unit(option, text);
 }
 
 void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import) {
@@ -88,15 +85,9 @@ void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import) 
 }
 
 void add_units(CLI::App& command, const std::string& what, std::vector<double>& metres_per_unit) {
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--units",
-          [&metres_per_unit](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) metres_per_unit.push_back(read_unit("--units", text));
-          },
-          kUnitMeaning + ("; give it once for all " + what + "s or once per " + what))
-      ->type_name("METRES_PER_UNIT")
-      ->allow_extra_args(false);
+  add_texts(command, "--units", "METRES_PER_UNIT",
+            kUnitMeaning + ("; give it once for all " + what + "s or once per " + what),
+            [&metres_per_unit](const std::string& text) { metres_per_unit.push_back(read_unit("--units", text)); });
 }
 
 void refuse_empty(CLI::Option& option) {

@@ -5,10 +5,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "perf/base/option_values.h"
 #include "scenes/sandbox/sandbox.h"
 
 namespace CLI {
@@ -35,6 +37,35 @@ inline constexpr std::uint32_t kMaxThreads = 1024;
 
 // The most characters of a crowd, which take some 4 GB.
 inline constexpr std::uint32_t kMaxCrowd = 4000000;
+
+// Adds an option that takes one text, and hands it to `take`. type: what --help calls the text.
+CLI::Option* add_text(CLI::App& command, const std::string& option, const std::string& type, const std::string& meaning,
+                      std::function<void(const std::string& text)> take);
+
+// The same for an option that may be given several times: `take` gets one text after the other.
+CLI::Option* add_texts(CLI::App& command, const std::string& option, const std::string& type,
+                       const std::string& meaning, std::function<void(const std::string& text)> take);
+
+// The same for an option whose text becomes a value. read(option, text) returns it, and throws UsageError for a text
+// that the option does not accept.
+template <class T, class Read>
+CLI::Option* add_read(CLI::App& command, const std::string& option, const std::string& type, T& value,
+                      const std::string& meaning, Read read) {
+  return add_text(command, option, type, meaning,
+                  [&value, option, read](const std::string& text) { value = static_cast<T>(read(option, text)); });
+}
+
+// Adds an option that takes one of the names of an enumeration, in its order, which begins with 0. wanted: what the
+// names are, for the text of an error.
+template <class Enum, class T, class Names>
+CLI::Option* add_choice(CLI::App& command, const std::string& option, const Names& all, T& value,
+                        const std::string& wanted, const std::string& meaning) {
+  const std::vector<std::string> names(std::begin(all), std::end(all));
+  return add_read(command, option, joined(names, "|"), value, meaning,
+                  [names, wanted](const std::string& name, const std::string& text) {
+                    return static_cast<Enum>(read_choice(name, text, names, wanted));
+                  });
+}
 
 // Each function adds to a command the option, or the options, that its name says. The variable that an option fills
 // must outlive the parsing.

@@ -1,5 +1,7 @@
 #include "perf/base/report.h"
 
+#include <cab/policy.h>
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +12,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "perf/base/option_values.h"
 #include "perf/base/signals.h"
 #include "scenes/import/printable.h"
 
@@ -133,6 +136,18 @@ void ProgressBar::draw() {
 
 std::string to_text(const nlohmann::ordered_json& json) {
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+void add_spread(nlohmann::ordered_json& json, const std::string& key, const Spread& spread) {
+  json[key + "_median"] = spread.median;
+  json[key + "_least"] = spread.least;
+  json[key + "_most"] = spread.most;
+}
+
+nlohmann::ordered_json policies_json(const Policies& policies) {
+  nlohmann::ordered_json json;
+  for (std::uint32_t f = 0; f < policy_table().size; ++f) json[policy_table()[f].name] = policy_value(policies, f);
+  return json;
 }
 
 void write_json(OutputFile& file, const nlohmann::ordered_json& json) {

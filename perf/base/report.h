@@ -1,6 +1,8 @@
 // Output for people and files: text tables, a progress bar, number formats, CSV and JSON files.
 #pragma once
 
+#include <cab/types.h>
+
 #include <chrono>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
@@ -10,6 +12,7 @@
 #include <vector>
 
 #include "perf/base/output_file.h"
+#include "perf/base/statistics.h"
 
 namespace cab::perf {
 
@@ -55,6 +58,12 @@ class ProgressBar {
 
 // JSON text, indented by two spaces, with a newline at the end. Bytes that are not UTF-8 are replaced.
 std::string to_text(const nlohmann::ordered_json& json);
+
+// Adds the figures of a spread: KEY_median, KEY_least and KEY_most.
+void add_spread(nlohmann::ordered_json& json, const std::string& key, const Spread& spread);
+
+// The names of all policies with those of their values, in the order of policy_table().
+nlohmann::ordered_json policies_json(const Policies& policies);
 
 // Writes and closes a file. Does nothing if the file is none.
 void write_json(OutputFile& file, const nlohmann::ordered_json& json);

@@ -15,11 +15,8 @@ Command add_verify(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
       "verify",
       "verify merges, overlap tests, hierarchies, frames, exact tests and queries against independent judges");
-  command
-      .add_option_function<std::string>(
-          "--minutes", [&o](const std::string& text) { o.minutes = read_positive("--minutes", text); },
-          "how long to run (default 1); a round that has begun is finished")
-      ->type_name("N");
+  add_read(command, "--minutes", "N", o.minutes, "how long to run (default 1); a round that has begun is finished",
+           read_positive);
   CLI::Option* rounds =
       command.add_option("--rounds", o.rounds, "run this many rounds instead; the counts follow from it and the seed")
           ->type_name("N")

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "engine/step/instance_batch.h"
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 
 namespace cab::perf {
@@ -12,22 +13,10 @@ namespace {
 // The most findings that one task keeps. Further ones add nothing.
 constexpr std::size_t kFindingsKept = 2;
 
-// The row of the table of policies that holds a field.
-std::uint32_t field_of(const std::string& name) {
-  std::uint32_t field = 0;
-  while (policy_table()[field].name != name) ++field;
-  return field;
-}
-
-std::string value_name(const Policies& policies, const std::string& field) {
-  const std::uint32_t row = field_of(field);
-  return policy_table()[row].values[policy_get(policies, row)].name;
-}
-
 template <class Enumeration>
 std::vector<Enumeration> values_of(const std::string& field) {
   std::vector<Enumeration> out;
-  for (std::uint32_t v = 0; v < policy_table()[field_of(field)].value_count; ++v)
+  for (std::uint32_t v = 0; v < policy_table()[policy_row(field)].value_count; ++v)
     out.push_back(static_cast<Enumeration>(v));
   return out;
 }
@@ -58,7 +47,7 @@ std::vector<RefitMethod> refit_methods(std::uint32_t refit_count) {
     if (static_cast<std::uint32_t>(refit) >= refit_count) continue;
     for (const Extents extents : values_of<Extents>("extents")) {
       const Policies policies = {refit, Strategy::kTree, Exact::kNone, extents};
-      out.push_back({value_name(policies, "refit") + ", " + value_name(policies, "extents"), policies});
+      out.push_back({policy_value(policies, "refit") + ", " + policy_value(policies, "extents"), policies});
     }
   }
   return out;
@@ -69,7 +58,7 @@ std::vector<RefitMethod> sat_methods() {
   for (const Sat sat : values_of<Sat>("sat")) {
     Policies policies;
     policies.sat = sat;
-    out.push_back({value_name(policies, "sat"), policies});
+    out.push_back({policy_value(policies, "sat"), policies});
   }
   return out;
 }
@@ -82,8 +71,8 @@ std::vector<RefitMethod> frame_methods() {
         const bool descends = strategy != Strategy::kBrute;
         const Policies policies = {refit, strategy, Exact::kNone, extents};
         if (!descends && extents != Extents::kChildren) continue;
-        std::string name = value_name(policies, "strategy") + ", " + value_name(policies, "refit");
-        if (descends) name += ", " + value_name(policies, "extents");
+        std::string name = policy_value(policies, "strategy") + ", " + policy_value(policies, "refit");
+        if (descends) name += ", " + policy_value(policies, "extents");
         out.push_back({name, policies});
         if (is_axis_aligned(refit) || extents != Extents::kChildren) continue;
         for (const RefitMethod& sat : sat_methods()) {

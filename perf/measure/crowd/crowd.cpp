@@ -296,10 +296,9 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
             << (options.sweep ? ", swept" : "");
   if (options.coarse.share > 0)
     std::cout << ", " << shortest(options.coarse.share) << " at a level of at most " << options.coarse.leaves << ' '
-              << lod_kind_name(options.coarse.kind) << " leaves";
+              << kLodKindNames[static_cast<std::size_t>(options.coarse.kind)] << " leaves";
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    std::cout << ", " << policy_table()[f].name << ' '
-              << policy_table()[f].values[policy_get(options.policies, f)].name;
+    std::cout << ", " << policy_table()[f].name << ' ' << policy_value(options.policies, f);
   std::cout << ")\n";
 
   TextTable times;
@@ -418,25 +417,19 @@ Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   json["sweep"] = options.sweep;
   json["area_per_character"] = options.area ? Json(*options.area) : Json();
   json["coarse"] = options.coarse.share;
-  json["lod"] = lod_kind_name(options.coarse.kind);
+  json["lod"] = kLodKindNames[static_cast<std::size_t>(options.coarse.kind)];
   json["lod_leaves"] = options.coarse.leaves;
-  for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    json[policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
-  const auto add_seconds = [&json](const std::string& key, const Spread& s) {
-    json[key + "_seconds_median"] = s.median;
-    json[key + "_seconds_least"] = s.least;
-    json[key + "_seconds_most"] = s.most;
-  };
+  json.update(policies_json(options.policies));
   const Spread frame_seconds = phase_spread(options, run, &FrameStats::seconds_total);
-  add_seconds("total_wall", frame_seconds);
-  for (const Phase& phase : kPhases)
-    add_seconds(std::string(phase.key) + "_thread", phase_spread(options, run, phase.seconds));
-  const std::pair<const char*, double FrameStats::*> parts[] = {{"bound", &FrameStats::seconds_bound},
-                                                                {"sort", &FrameStats::seconds_sort},
-                                                                {"filter", &FrameStats::seconds_filter},
-                                                                {"write", &FrameStats::seconds_write}};
-  for (const auto& [key, seconds] : parts)
-    add_seconds(std::string(key) + "_thread", phase_spread(options, run, seconds));
+  add_spread(json, "total_wall_seconds", frame_seconds);
+  const auto add_seconds = [&](const char* key, double FrameStats::*seconds) {
+    add_spread(json, std::string(key) + "_thread_seconds", phase_spread(options, run, seconds));
+  };
+  for (const Phase& phase : kPhases) add_seconds(phase.key, phase.seconds);
+  add_seconds("bound", &FrameStats::seconds_bound);
+  add_seconds("sort", &FrameStats::seconds_sort);
+  add_seconds("filter", &FrameStats::seconds_filter);
+  add_seconds("write", &FrameStats::seconds_write);
   json["nanoseconds_per_character"] = 1e9 * per_character(run, frame_seconds.median);
   json["characters_per_second"] = run.character_count / frame_seconds.median;
   json["engine_bytes"] = run.engine_bytes;
@@ -538,7 +531,7 @@ std::string program_of(const CrowdOptions& options, const scenes::CrowdSources& 
   add("frames", std::to_string(options.frame_count));
   add("checkpoint", std::to_string(options.checkpoint));
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    add(policy_table()[f].name, policy_table()[f].values[policy_get(options.policies, f)].name);
+    add(policy_table()[f].name, policy_value(options.policies, f));
   add("area", shortest(options.area.value_or(defaults.area)));
   add("boxes_per_link", std::to_string(options.boxes_per_link.value_or(defaults.boxes_per_link)));
   add("links", options.link_count ? std::to_string(*options.link_count) : "default");

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "perf/base/option_values.h"
 #include "scenes/crowd/crowd.h"
 #include "scenes/crowd/detailed.h"
 #include "scenes/scene_list.h"
@@ -16,8 +15,6 @@ namespace {
 // The most frames of a run. They take hours.
 constexpr std::uint32_t kMaxCrowdFrames = 1000000;
 
-std::string crowd_scene_names(const char* separator) { return scenes::scene_names(scenes::kCrowdCommand, separator); }
-
 std::string crowd_scene_help() {
   std::string help = "which crowd";
   for (const scenes::NamedScene& scene : scenes::scene_list())
@@ -27,79 +24,33 @@ std::string crowd_scene_help() {
 
 std::string read_crowd_scene(const std::string& option, const std::string& text) {
   if (scenes::find_scene(scenes::kCrowdCommand, text) == nullptr)
-    reject(option, text, "a crowd scene; choose " + crowd_scene_names(", "));
+    reject(option, text, "a crowd scene; choose " + scenes::scene_names(scenes::kCrowdCommand, ", "));
   return text;
-}
-
-std::string boxes_per_link_names(const char* separator) {
-  std::vector<std::string> names;
-  for (const std::uint32_t count : scenes::kBoxesPerLink) names.push_back(std::to_string(count));
-  return joined(names, separator);
-}
-
-std::uint32_t read_boxes_per_link(const std::string& option, const std::string& text) {
-  for (const std::uint32_t count : scenes::kBoxesPerLink)
-    if (text == std::to_string(count)) return count;
-  reject(option, text, "a number of boxes that a link can have; choose " + boxes_per_link_names(", "));
-}
-
-std::string rope_shape_names(const char* separator) {
-  return joined({scenes::kRopeShapeNames.begin(), scenes::kRopeShapeNames.end()}, separator);
-}
-
-scenes::RopeShape read_rope_shape(const std::string& option, const std::string& text) {
-  for (std::size_t i = 0; i < scenes::kRopeShapeNames.size(); ++i)
-    if (text == scenes::kRopeShapeNames[i]) return static_cast<scenes::RopeShape>(i);
-  reject(option, text, "a shape of ropes; choose " + rope_shape_names(", "));
 }
 
 constexpr const char* kAtRestNames[] = {"moved", "reported", "skipped"};  // in the order of AtRest
 
-AtRest read_at_rest(const std::string& option, const std::string& text) {
-  for (std::uint8_t i = 0; i < std::size(kAtRestNames); ++i)
-    if (text == kAtRestNames[i]) return static_cast<AtRest>(i);
-  reject(option, text, "what is done with those who rest; choose moved, reported, skipped");
-}
-
-scenes::LevelKind read_level_kind(const std::string& option, const std::string& text) {
-  for (std::size_t i = 0; i < scenes::kLevelKindNames.size(); ++i)
-    if (text == scenes::kLevelKindNames[i]) return static_cast<scenes::LevelKind>(i);
-  reject(option, text, "what a level is made of; choose boxes, triangles");
-}
-
 // Adds the options that only some scenes have.
 void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
-  command
-      .add_option_function<std::string>(
-          "--area", [&o](const std::string& text) { o.area = read_positive("--area", text); },
-          "uniform, rigs: square metres per character (default 1)")
-      ->type_name("M2");
-  command
-      .add_option_function<std::string>(
-          "--at-rest", [&o](const std::string& text) { o.at_rest = read_at_rest("--at-rest", text); },
-          "city: how resting characters are handled: as moved, hits among them reported, or skipped (default skipped)")
-      ->type_name("moved|reported|skipped");
-  command
-      .add_option_function<std::string>(
-          "--boxes-per-link",
-          [&o](const std::string& text) { o.boxes_per_link = read_boxes_per_link("--boxes-per-link", text); },
-          "detailed: boxes per link (default 16)")
-      ->type_name(boxes_per_link_names("|"));
-  command
-      .add_option_function<std::string>(
-          "--level", [&o](const std::string& text) { o.level = read_level_kind("--level", text); },
-          "level: what it is made of (default boxes)")
-      ->type_name("boxes|triangles");
+  add_read(command, "--area", "M2", o.area, "uniform, rigs: square metres per character (default 1)", read_positive);
+  add_choice<AtRest>(
+      command, "--at-rest", kAtRestNames, o.at_rest, "what is done with those who rest",
+      "city: how resting characters are handled: as moved, hits among them reported, or skipped (default skipped)");
+  std::vector<std::string> counts;
+  for (const std::uint32_t count : scenes::kBoxesPerLink) counts.push_back(std::to_string(count));
+  add_read(command, "--boxes-per-link", joined(counts, "|"), o.boxes_per_link, "detailed: boxes per link (default 16)",
+           [counts](const std::string& option, const std::string& text) {
+             return scenes::kBoxesPerLink[read_choice(option, text, counts, "a number of boxes that a link can have")];
+           });
+  add_choice<scenes::LevelKind>(command, "--level", scenes::kLevelKindNames, o.level, "what a level is made of",
+                                "level: what it is made of (default boxes)");
   command
       .add_option("--links", o.link_count,
                   "ropes: links per rope, 2 to 1024 (default 64); rigs: links per body, 16 to 1024 (default 100)")
       ->type_name("N")
       ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
-  command
-      .add_option_function<std::string>(
-          "--shape", [&o](const std::string& text) { o.rope_shape = read_rope_shape("--shape", text); },
-          "ropes: how they lie (default straight)")
-      ->type_name(rope_shape_names("|"));
+  add_choice<scenes::RopeShape>(command, "--shape", scenes::kRopeShapeNames, o.rope_shape, "a shape of ropes",
+                                "ropes: how they lie (default straight)");
   command
       .add_option("--spacing", o.rope_spacing,
                   "ropes: the least distance of neighbours in thicknesses, .1 to 10; below 1 they touch (default 1.5)")
@@ -113,10 +64,8 @@ Command add_crowd(CLI::App& app) {
   auto options = std::make_shared<CrowdOptions>();
   CrowdOptions& o = *options;
   CLI::App& command = *app.add_subcommand("crowd", "measure crowds: time, memory and counts per frame");
-  command
-      .add_option_function<std::string>(
-          "--scene", [&o](const std::string& text) { o.scene = read_crowd_scene("--scene", text); }, crowd_scene_help())
-      ->type_name(crowd_scene_names("|"))
+  add_read(command, "--scene", scenes::scene_names(scenes::kCrowdCommand, "|"), o.scene, crowd_scene_help(),
+           read_crowd_scene)
       ->required();
   add_number(command, "--characters", o.character_count, "number of characters (default 10000)", 1, kMaxSharedCrowd);
   command.add_flag("--spatial-order", o.spatial_order,
@@ -128,12 +77,9 @@ Command add_crowd(CLI::App& app) {
                   "of detail, 0 to 1 (default 0)")
       ->type_name("X")
       ->check(CLI::Range(0.0, 1.0).description(""));
-  command
-      .add_option_function<std::string>(
-          "--lod", [&o](const std::string& text) { o.coarse.kind = read_lod_kind("--lod", text); },
-          "what the leaves of that level are: boxes that hold what their links can reach, or nodes of the hierarchy "
-          "(default reach)")
-      ->type_name("reach|nodes");
+  add_choice<LodKind>(command, "--lod", kLodKindNames, o.coarse.kind, "a kind of levels of detail",
+                      "what the leaves of that level are: boxes that hold what their links can reach, or nodes of the "
+                      "hierarchy (default reach)");
   add_number(command, "--lod-leaves", o.coarse.leaves, "most leaves of a character at that level (default 1)", 1,
              kMaxLeaves);
   add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
@@ -152,11 +98,8 @@ Command add_crowd(CLI::App& app) {
            " comment `# framerate: N fps` the rate; without a header they are id frame x y, or eight columns of an"
            " obsmat")
       ->type_name("FILE");
-  command
-      .add_option_function<std::string>(
-          "--fps", [&o](const std::string& text) { o.frames_per_second = read_positive("--fps", text); },
-          "frames a second of trajectories that do not say it")
-      ->type_name("N");
+  add_read(command, "--fps", "N", o.frames_per_second, "frames a second of trajectories that do not say it",
+           read_positive);
   add_options_of_scenes(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");

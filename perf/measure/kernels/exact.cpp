@@ -338,15 +338,10 @@ void measure_contacts(const ExactWork& work, const std::string& title,
       contenders.push_back(
           {std::string("cab ") + to_string(table->isa) + (starts == 1 ? ", one start" : ", three starts"),
            std::max<std::uint64_t>(count, 1),
-           [&contacts, &own, table, starts] { return cab_contacts(contacts, *table, starts, own); },
-           {},
-           0});
+           [&contacts, &own, table, starts] { return cab_contacts(contacts, *table, starts, own); }});
     }
-  contenders.push_back({"FCL collide",
-                        std::max<std::uint64_t>(count, 1),
-                        [&contacts, &depths] { return fcl_contacts(contacts, depths.back()); },
-                        {},
-                        0});
+  contenders.push_back({"FCL collide", std::max<std::uint64_t>(count, 1),
+                        [&contacts, &depths] { return fcl_contacts(contacts, depths.back()); }});
   race(contenders, rounds, bar);
   if (count == 0) {
     std::cout << "\ncontacts, " << title << ": skipped, no pair touches\n";
@@ -371,12 +366,9 @@ void measure_exact(const std::vector<const kernel::KernelTable*>& tables, std::u
     const ExactWork work(random, row);
     std::vector<Contender> contenders;
     for (const kernel::KernelTable* table : tables)
-      contenders.push_back({std::string("cab ") + to_string(table->isa),
-                            kExactPairs,
-                            [&work, table] { return cab_touching(work, *table); },
-                            {},
-                            0});
-    contenders.push_back({"FCL collide", kExactPairs, [&work] { return fcl_touching(work, nullptr); }, {}, 0});
+      contenders.push_back({std::string("cab ") + to_string(table->isa), kExactPairs,
+                            [&work, table] { return cab_touching(work, *table); }});
+    contenders.push_back({"FCL collide", kExactPairs, [&work] { return fcl_touching(work, nullptr); }});
     race(contenders, rounds, bar);
     TextTable out;
     out.add_row(

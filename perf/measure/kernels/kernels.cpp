@@ -102,25 +102,17 @@ void measure_merge(const std::vector<const kernel::KernelTable*>& tables, std::u
   std::vector<Contender> contenders;
   const std::uint64_t merges = std::uint64_t{kMergeTiles} * kLanes * kMergeRepeats;
   for (const kernel::KernelTable* table : tables)
-    contenders.push_back({std::string("cab ") + to_string(table->isa),
-                          merges,
-                          [&work, &program, table] {
+    contenders.push_back({std::string("cab ") + to_string(table->isa), merges, [&work, &program, table] {
                             for (std::uint32_t r = 0; r < kMergeRepeats; ++r)
                               for (std::uint32_t t = 0; t < kMergeTiles; ++t)
                                 table->refit_boxes[0][0]({&program, &work.joints[t], &work.nodes[3 * t]});
                             return std::uint64_t{0};
-                          },
-                          {},
-                          0});
-  contenders.push_back({"FCL OBB<float> operator+",
-                        work.first.size(),
-                        [&work] {
+                          }});
+  contenders.push_back({"FCL OBB<float> operator+", work.first.size(), [&work] {
                           for (std::size_t i = 0; i < work.first.size(); ++i)
                             work.merged[i] = work.first[i] + work.second[i];
                           return std::uint64_t{0};
-                        },
-                        {},
-                        0});
+                        }});
   race(contenders, rounds, bar);
   TextTable out;
   out.add_row({"merge of two jointed boxes", "ns", "FCL operator+ / this"});
@@ -201,33 +193,22 @@ void measure_overlap(const std::vector<const kernel::KernelTable*>& tables, std:
     }
     std::vector<Contender> contenders;
     for (const kernel::KernelTable* table : tables)
-      contenders.push_back({std::string("cab ") + to_string(table->isa),
-                            kPairs,
-                            [&work, &pairs, table] { return count_overlaps(*table, work.boxes, pairs); },
-                            {},
-                            0});
-    contenders.push_back({"FCL OBB<float>::overlap",
-                          kPairs,
-                          [&work, &pairs] {
+      contenders.push_back({std::string("cab ") + to_string(table->isa), kPairs,
+                            [&work, &pairs, table] { return count_overlaps(*table, work.boxes, pairs); }});
+    contenders.push_back({"FCL OBB<float>::overlap", kPairs, [&work, &pairs] {
                             std::uint64_t count = 0;
                             for (const Pair& pair : pairs)
                               count += work.fcl_boxes[pair.a].overlap(work.fcl_boxes[pair.b]);
                             return count;
-                          },
-                          {},
-                          0});
-    contenders.push_back({"FCL obbDisjoint<float> (relative pose given)",
-                          kPairs,
-                          [&work, &pairs, &relative] {
+                          }});
+    contenders.push_back({"FCL obbDisjoint<float> (relative pose given)", kPairs, [&work, &pairs, &relative] {
                             std::uint64_t count = 0;
                             for (std::size_t i = 0; i < pairs.size(); ++i)
                               count += !fcl::obbDisjoint(relative[i].rotation, relative[i].translation,
                                                          work.fcl_boxes[pairs[i].a].extent,
                                                          work.fcl_boxes[pairs[i].b].extent);
                             return count;
-                          },
-                          {},
-                          0});
+                          }});
     race(contenders, rounds, bar);
     TextTable out;
     out.add_row({"overlap from index pairs, " + fixed(100 * share, 0) + " % overlap", "ns", "overlap / this",

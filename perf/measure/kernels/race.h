@@ -34,7 +34,7 @@ struct Contender {
   std::string name;
   std::uint64_t work;
   std::function<std::uint64_t()> round;
-  std::vector<double> nanoseconds;  // per operation, of each round
+  std::vector<double> nanoseconds = {};  // per operation, of each round
   std::uint64_t answer = 0;
 };
 

@@ -3,8 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
-#include "perf/base/option_values.h"
-
 namespace cab::perf {
 namespace {
 
@@ -17,19 +15,12 @@ Command add_paper(CLI::App& app) {
   auto options = std::make_shared<PaperOptions>();
   PaperOptions& o = *options;
   CLI::App& command = *app.add_subcommand("paper", "run the paper's scenes and tables, beside the paper's own figures");
-  command
-      .add_option_function<std::string>(
-          "--tables", [&o](const std::string& text) { o.tables = read_number_list("--tables", text); },
-          "tables, separated by commas (default 1,2,3,4,5)")
-      ->type_name("LIST");
+  add_read(command, "--tables", "LIST", o.tables, "tables, separated by commas (default 1,2,3,4,5)", read_number_list);
   add_number(command, "--frames", o.frame_count,
              "frames per table (default: as many as the paper, 10000, and 4001 of table 5)", 1, kMaxPaperFrames);
-  command
-      .add_option_function<std::string>(
-          "--lanes", [&o](const std::string& text) { o.lanes = read_lanes("--lanes", text); },
-          "what the lanes of a SIMD register hold (default frames); the counts are the same"
-          "\n  frames: 16 frames of one node\n  pairs: one frame at a time, 16 pairs of boxes")
-      ->type_name("frames|pairs");
+  add_choice<LaneContent>(command, "--lanes", kLaneContentNames, o.lanes, "what a lane holds",
+                          "what the lanes of a SIMD register hold (default frames); the counts are the same"
+                          "\n  frames: 16 frames of one node\n  pairs: one frame at a time, 16 pairs of boxes");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the tables as JSON");

@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 // The time that a frame may take, by the paper's measure.
 constexpr double kFrameSeconds = 1.0 / 30;
 
-const char* to_string(LaneContent lanes) { return lanes == LaneContent::kPairs ? "pairs" : "frames"; }
+const char* to_string(LaneContent lanes) { return kLaneContentNames[static_cast<std::size_t>(lanes)]; }
 
 const MethodRun* find_cab(const TableRun& run) {
   const auto is_cab = [](const MethodRun& method) { return method.method.paper == PaperMethod::kCab; };
@@ -86,12 +86,29 @@ void print_ratios(const TableRun& run) {
   text.print(std::cout);
 }
 
+Json convex_json(const MethodRun& method, const ExactRun& run) {
+  return {{"hits", run.hits},
+          {"query_thread_seconds", run.seconds_query},
+          {"contact_thread_seconds", run.seconds_contact},
+          {"total_thread_seconds", method.total_seconds(run)},
+          {"hits_hash", hex(run.hits_hash)}};
+}
+
+Json paper_json(const PaperRow& row) {
+  return {{"coll", row.coll},
+          {"false_positives", row.false_positives},
+          {"hits", row.hits()},
+          {"query_seconds", row.query_seconds},
+          {"update_seconds", row.update_seconds},
+          {"test_seconds", row.test_seconds},
+          {"total_seconds", row.total_seconds}};
+}
+
 Json method_json(const TableRun& run, const MethodRun& method) {
   const FrameStats& s = method.stats;
   Json json;
   json["method"] = method.method.name;
-  for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(method.method.policies, f)].name;
+  json["policies"] = policies_json(method.method.policies);
   json["on_meshes"] = method.method.on_meshes;
   json["coll"] = s.leaf_pairs;
   json["false_positives"] = method.false_positives();
@@ -106,24 +123,8 @@ Json method_json(const TableRun& run, const MethodRun& method) {
   json["mean_inner_box_area"] = method.mean_area;
   json["hits_hash"] = hex(method.fcl.hits_hash);
   json["box_hits_hash"] = hex(method.box_hits_hash);
-  json["convex"] = Json();
-  if (method.convex)
-    json["convex"] = {{"hits", method.convex->hits},
-                      {"query_thread_seconds", method.convex->seconds_query},
-                      {"contact_thread_seconds", method.convex->seconds_contact},
-                      {"total_thread_seconds", method.total_seconds(*method.convex)},
-                      {"hits_hash", hex(method.convex->hits_hash)}};
-  json["paper"] = Json();
-  if (method.method.paper) {
-    const PaperRow& p = run.table->row(*method.method.paper);
-    json["paper"] = {{"coll", p.coll},
-                     {"false_positives", p.false_positives},
-                     {"hits", p.hits()},
-                     {"query_seconds", p.query_seconds},
-                     {"update_seconds", p.update_seconds},
-                     {"test_seconds", p.test_seconds},
-                     {"total_seconds", p.total_seconds}};
-  }
+  json["convex"] = method.convex ? convex_json(method, *method.convex) : Json();
+  json["paper"] = method.method.paper ? paper_json(run.table->row(*method.method.paper)) : Json();
   return json;
 }
 
@@ -174,46 +175,28 @@ void write_paper_json(OutputFile& file, const std::vector<TableRun>& tables) {
 }
 
 void write_paper_csv(OutputFile& file, const std::vector<TableRun>& tables) {
-  if (!file) return;
-  std::ostream& out = file.stream();
-  out << "table,method,frames,isa,lanes,threads,coll,false_positives,hits,box_tests,query_thread_seconds,"
-         "contact_thread_seconds,update_thread_seconds,test_thread_seconds,total_thread_seconds,total_wall_seconds,"
-         "mean_inner_box_area,"
-         "pose_hash,box_hash,box_hit_hash,hits_hash,touching,added_by_padding,added_by_slack,paper_coll,paper_false_"
-         "positives,paper_query_seconds,"
-         "paper_update_seconds,paper_test_seconds,paper_total_seconds,convex_hits,convex_query_thread_seconds,"
-         "convex_contact_thread_seconds,convex_total_thread_seconds,convex_hits_hash\n";
+  std::vector<Json> rows;
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
-      const FrameStats& s = method.stats;
-      out << run.table->number << ',' << csv_field(method.method.name) << ',' << run.frame_count << ','
-          << cab::to_string(run.isa) << ',' << to_string(run.lanes) << ',' << run.thread_count << ',' << s.leaf_pairs
-          << ',' << method.false_positives() << ',' << method.fcl.hits << ',' << s.box_tests << ','
-          << shortest(method.fcl.seconds_query) << ',' << shortest(method.fcl.seconds_contact) << ','
-          << shortest(s.seconds_update) << ',' << shortest(s.seconds_test) << ','
-          << shortest(method.total_seconds(method.fcl)) << ',' << shortest(s.seconds_total) << ','
-          << shortest(method.mean_area) << ',' << hex(run.pose_hash) << ',' << hex(run.box_hash) << ','
-          << hex(run.box_hit_hash) << ',' << hex(method.fcl.hits_hash);
-      if (method.method.paper == PaperMethod::kCab)
-        out << ',' << run.added.touching << ',' << run.added.by_padding << ',' << run.added.by_slack;
-      else
-        out << ",,,";
-      if (method.method.paper) {
-        const PaperRow& p = run.table->row(*method.method.paper);
-        out << ',' << p.coll << ',' << p.false_positives << ',' << shortest(p.query_seconds) << ','
-            << shortest(p.update_seconds) << ',' << shortest(p.test_seconds) << ',' << shortest(p.total_seconds);
-      } else {
-        out << ",,,,,,";
-      }
-      if (method.convex)
-        out << ',' << method.convex->hits << ',' << shortest(method.convex->seconds_query) << ','
-            << shortest(method.convex->seconds_contact) << ',' << shortest(method.total_seconds(*method.convex)) << ','
-            << hex(method.convex->hits_hash);
-      else
-        out << ",,,,,";
-      out << '\n';
+      Json row = {
+          {"table", run.table->number},      {"method", method.method.name},  {"frames", run.frame_count},
+          {"isa", cab::to_string(run.isa)},  {"lanes", to_string(run.lanes)}, {"threads", run.thread_count},
+          {"pose_hash", hex(run.pose_hash)}, {"box_hash", hex(run.box_hash)}, {"box_hit_hash", hex(run.box_hit_hash)}};
+      const bool is_cab = method.method.paper == PaperMethod::kCab;
+      row["touching"] = is_cab ? Json(run.added.touching) : Json();
+      row["added_by_padding"] = is_cab ? Json(run.added.by_padding) : Json();
+      row["added_by_slack"] = is_cab ? Json(run.added.by_slack) : Json();
+      Json figures = method_json(run, method);
+      const Json convex = figures["convex"], paper = figures["paper"];
+      for (const char* const nested : {"policies", "convex", "paper"}) figures.erase(nested);
+      row.update(figures);
+      const Json convex_keys = convex_json(method, {}), paper_keys = paper_json({});
+      for (const auto& [key, unused] : convex_keys.items())
+        row["convex_" + key] = convex.is_null() ? Json() : convex[key];
+      for (const auto& [key, unused] : paper_keys.items()) row["paper_" + key] = paper.is_null() ? Json() : paper[key];
+      rows.push_back(std::move(row));
     }
-  file.close();
+  write_csv(file, rows);
 }
 
 }  // namespace cab::perf

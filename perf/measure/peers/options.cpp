@@ -28,32 +28,22 @@ Command add_peers(CLI::App& app) {
   PeersOptions& o = *options;
   CLI::App& command =
       *app.add_subcommand("peers", "run the same crowds through other libraries: verified, and timed in turns");
-  command
-      .add_option_function<std::string>(
-          "--scene", [&o](const std::string& text) { o.scenes = split_commas(text); },
-          "crowds, separated by commas (default uniform,jitter)")
-      ->type_name(scenes::scene_names(scenes::kPeersCommand, "|"));
-  command
-      .add_option_function<std::string>(
-          "--characters",
-          [&o](const std::string& text) { o.character_counts = read_number_list("--characters", text); },
-          "numbers of characters, separated by commas (default 1000,10000, and 100000 of uniform)")
-      ->type_name("LIST");
+  add_text(command, "--scene", scenes::scene_names(scenes::kPeersCommand, "|"),
+           "crowds, separated by commas (default uniform,jitter)",
+           [&o](const std::string& text) { o.scenes = split_commas(text); });
+  add_read(command, "--characters", "LIST", o.character_counts,
+           "numbers of characters, separated by commas (default 1000,10000, and 100000 of uniform)", read_number_list);
   add_rounds(command, o.rounds,
              "rounds, in each of which every set-up has one turn; times are their medians (default 9). Beyond 10000"
              " characters: fewer rounds, at least 3, of the best set-ups of each library");
-  command
-      .add_option_function<std::string>(
-          "--peers", [&o](const std::string& text) { o.peers = split_commas(text); },
-          "libraries, separated by commas, of fcl, bullet, embree, ode (default: all in this build)")
-      ->type_name("LIST");
-  command
-      .add_option_function<std::string>(
-          "--leaves", [&o](const std::string& text) { o.leaves = read_leaves("--leaves", text); },
-          "what leaves are, separated by commas (default boxes,shapes)"
-          "\n  boxes: by all libraries"
-          "\n  shapes: capsules and ellipsoids, by cab, fcl and bullet")
-      ->type_name("LIST");
+  add_text(command, "--peers", "LIST",
+           "libraries, separated by commas, of fcl, bullet, embree, ode (default: all in this build)",
+           [&o](const std::string& text) { o.peers = split_commas(text); });
+  add_read(command, "--leaves", "LIST", o.leaves,
+           "what leaves are, separated by commas (default boxes,shapes)"
+           "\n  boxes: by all libraries"
+           "\n  shapes: capsules and ellipsoids, by cab, fcl and bullet",
+           read_leaves);
   command.add_flag("--queries", o.queries,
                    "rays, spheres and points through cab, embree, bullet and fcl, in place of pairs (default 10000"
                    " characters; --leaves does not apply)");

@@ -367,13 +367,8 @@ Json row_json(const Run& run, const Contestant& contestant, std::size_t c) {
   row["setup"] = contestant.name;
   row["alone"] = contestant.setup.alone;
   row["rounds"] = run.rows[c].seconds.size();
-  const auto add_spread = [&row](const std::string& key, const Spread& s) {
-    row[key + "_median"] = s.median;
-    row[key + "_least"] = s.least;
-    row[key + "_most"] = s.most;
-  };
-  add_spread("seconds", spread_of(run.rows[c].seconds));
-  add_spread("ratio", run.ratio(c));
+  add_spread(row, "seconds", spread_of(run.rows[c].seconds));
+  add_spread(row, "ratio", run.ratio(c));
   add_counts(row, run.rows[c].differences);
   return row;
 }

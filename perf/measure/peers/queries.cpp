@@ -526,17 +526,12 @@ Json row_json(const Run& run, const std::vector<Contestant>& contestants, std::s
   json["alone"] = contestant.alone;
   json["candidates"] = contestant.candidates;
   json["rounds"] = row.total.size();
-  const auto add_spread = [&json](const std::string& key, const Spread& s) {
-    json[key + "_median"] = s.median;
-    json[key + "_least"] = s.least;
-    json[key + "_most"] = s.most;
-  };
-  add_spread("seconds", spread_of(row.total));
-  add_spread("seconds_update", spread_of(row.update));
-  add_spread("seconds_sort", spread_of(row.sort));
-  add_spread("seconds_query", spread_of(row.search));
-  add_spread("ratio", ratio(row.total, ours.total));
-  add_spread("ratio_query", ratio(row.search, ours.search));
+  add_spread(json, "seconds", spread_of(row.total));
+  add_spread(json, "seconds_update", spread_of(row.update));
+  add_spread(json, "seconds_sort", spread_of(row.sort));
+  add_spread(json, "seconds_query", spread_of(row.search));
+  add_spread(json, "ratio", ratio(row.total, ours.total));
+  add_spread(json, "ratio_query", ratio(row.search, ours.search));
   json["seconds_posing_spared"] = contestant.ours ? 0 : median(run.posing);
   json["hits"] = row.hits;
   json["differing"] = row.differing;

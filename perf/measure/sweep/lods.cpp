@@ -67,7 +67,8 @@ std::vector<LodRow> sweep_lods(const SweepScene& scene, std::uint32_t rounds) {
     least_links = std::min(least_links, group.figure.link_parents.size());
   for (const LodKind kind : {LodKind::kReach, LodKind::kNodes})
     for (std::uint32_t leaves = 1; leaves < least_links; leaves *= 2) {
-      cells.push_back(make_cell(scene, std::string(lod_kind_name(kind)) + ' ' + std::to_string(leaves)));
+      cells.push_back(
+          make_cell(scene, std::string(kLodKindNames[static_cast<std::size_t>(kind)]) + ' ' + std::to_string(leaves)));
       cells.back().session->use_coarse({1, kind, leaves}, scene.posed[0]);
     }
   for (LodCell& cell : cells) {

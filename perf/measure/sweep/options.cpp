@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <memory>
 
-#include "perf/base/option_values.h"
 #include "perf/base/usage.h"
 #include "perf/measure/sweep/scenes.h"
 #include "perf/tools/run/options.h"
@@ -49,27 +48,16 @@ Command add_sweep(CLI::App& app) {
   CLI::App& command =
       *app.add_subcommand("sweep", "measure what every policy costs and gains, on many scenes or on your own files");
   add_world(command, o.world, "motion files, one character each; without them the scenes below");
-  command
-      .add_option_function<std::string>(
-          "--scene", [&o](const std::string& text) { o.scenes = read_sweep_scenes("--scene", text); },
-          sweep_scene_help())
-      ->type_name("LIST");
+  add_read(command, "--scene", "LIST", o.scenes, sweep_scene_help(), read_sweep_scenes);
   add_number(command, "--characters", o.character_count,
              "characters of the detailed scenes and of the ropes (default 100 and 16)", 1, kMaxCrowd);
   o.values.resize(policy_table().size);
   for (std::uint32_t field = 0; field < policy_table().size; ++field)
-    command
-        .add_option_function<std::string>(
-            std::string("--") + policy_table()[field].name,
-            [&o, field](const std::string& text) { o.values[field] = read_policy_values(field, text); },
-            policy_list_help(field))
-        ->type_name("LIST");
+    add_text(command, std::string("--") + policy_table()[field].name, "LIST", policy_list_help(field),
+             [&o, field](const std::string& text) { o.values[field] = read_policy_values(field, text); });
   add_isas(command, o.isas, "auto");
-  command
-      .add_option_function<std::string>(
-          "--threads", [&o](const std::string& text) { o.thread_counts = read_thread_counts("--threads", text); },
-          "numbers of threads, separated by commas (default 1); 0: every core")
-      ->type_name("LIST");
+  add_read(command, "--threads", "LIST", o.thread_counts,
+           "numbers of threads, separated by commas (default 1); 0: every core", read_thread_counts);
   add_rounds(command, o.rounds,
              "rounds, in each of which every cell has one turn; times are their medians (default 7)");
   command.add_flag(

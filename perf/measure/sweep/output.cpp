@@ -7,16 +7,13 @@
 #include <optional>
 #include <tuple>
 
+#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 
 namespace cab::perf {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-const char* value_name(const Policies& policies, std::uint32_t row) {
-  return policy_table()[row].values[policy_get(policies, row)].name;
-}
 
 // The name of a value in code: "cab_sum" is CabSum.
 std::string in_code(const std::string& name) {
@@ -54,12 +51,6 @@ std::vector<const SweepCell*> fastest_first(const SweepRun& run) {
   return cells;
 }
 
-std::uint32_t policy_row(const char* name) {
-  std::uint32_t row = 0;
-  while (row + 1 < policy_table().size && std::string(policy_table()[row].name) != name) ++row;
-  return row;
-}
-
 std::string percent_less(double ratio) { return fixed(100 * (1 - ratio), 0) + " %"; }
 
 // Prints how much time a cell saves over another, and the code that sets its policies.
@@ -75,7 +66,7 @@ void print_gain(const SweepCell& of, const SweepCell& cell, const std::string& n
 void print_advice(const SweepRun& run, std::size_t of) {
   const SweepCell& defaults = run.cells[of];
   std::cout << to_string(defaults.isa) << ", threads " << defaults.thread_count << ", exact "
-            << value_name(defaults.policies, policy_row("exact")) << ": ";
+            << policy_value(defaults.policies, "exact") << ": ";
   const std::optional<std::size_t> better = better_cell(run.cells, of, defaults.false_positives);
   if (better) {
     print_gain(defaults, run.cells[*better], "the defaults");
@@ -96,19 +87,13 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["characters"] = run.character_count;
   json["leaves"] = run.most_leaves;
   json["frames"] = run.frame_count;
-  for (std::uint32_t row = 0; row < policy_table().size; ++row)
-    json[policy_table()[row].name] = value_name(cell.policies, row);
+  json.update(policies_json(cell.policies));
   json["isa"] = to_string(cell.isa);
   json["threads"] = cell.thread_count;
   json["rounds"] = cell.rounds.size();
-  const auto add_seconds = [&](const std::string& key, double FrameStats::*seconds) {
-    const Spread s = phase_spread(run, cell, seconds);
-    json[key + "_seconds_median"] = s.median;
-    json[key + "_seconds_least"] = s.least;
-    json[key + "_seconds_most"] = s.most;
-  };
-  for (const Phase& phase : kPhases) add_seconds(phase.key, phase.seconds);
-  add_seconds("total", &FrameStats::seconds_total);
+  for (const Phase& phase : kPhases)
+    add_spread(json, std::string(phase.key) + "_seconds", phase_spread(run, cell, phase.seconds));
+  add_spread(json, "total_seconds", phase_spread(run, cell, &FrameStats::seconds_total));
   json["box_tests"] = cell.counts.box_tests;
   json["leaf_pairs"] = cell.counts.leaf_pairs;
   json["hits"] = cell.hits;
@@ -121,7 +106,7 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["hits_hash"] = hex(cell.hits_hash);
   Policies named;
   named.strategy = cell.same_work_as.value_or(named.strategy);
-  json["same_work_as"] = cell.same_work_as ? Json(value_name(named, policy_row("strategy"))) : Json();
+  json["same_work_as"] = cell.same_work_as ? Json(policy_value(named, "strategy")) : Json();
   json["on_front"] = cell.on_front;
   return json;
 }
@@ -130,10 +115,10 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
 
 std::string short_name(const Policies& policies) {
   const std::uint32_t strategy = policy_row("strategy");
-  std::string name = value_name(policies, strategy);
+  std::string name = policy_value(policies, strategy);
   for (std::uint32_t row = 0; row < policy_table().size; ++row)
     if (row != strategy && row != policy_row("exact") && policy_get(policies, row) != policy_get(Policies(), row))
-      name += std::string(" ") + value_name(policies, row);
+      name += std::string(" ") + policy_value(policies, row);
   return name;
 }
 
@@ -142,7 +127,7 @@ std::string code_line(const Policies& policies) {
   for (std::uint32_t row = 0; row < policy_table().size; ++row) {
     const std::string field = policy_table()[row].name;
     line += (row > 0 ? " " : "") + std::string("policies.") + field + " = cab::" + in_code(field) + "::k" +
-            in_code(value_name(policies, row)) + ";";
+            in_code(policy_value(policies, row)) + ";";
   }
   return line;
 }
@@ -162,7 +147,7 @@ void print_sweep(const SweepRun& run) {
   for (const SweepCell* cell : fastest_first(run)) {
     std::vector<std::string> row = {cell->on_front ? "*" : cell->same_work_as ? "=" : ""};
     for (std::uint32_t field = 0; field < policy_table().size; ++field)
-      row.emplace_back(value_name(cell->policies, field));
+      row.emplace_back(policy_value(cell->policies, field));
     row.emplace_back(to_string(cell->isa));
     row.push_back(std::to_string(cell->thread_count));
     const Spread total = phase_spread(run, *cell, &FrameStats::seconds_total);

@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 
-#include "perf/base/option_values.h"
 #include "perf/base/usage.h"
 #include "perf/tools/run/options.h"
 #include "scenes/scene_list.h"
@@ -28,23 +27,13 @@ std::vector<std::string> own_scenes() {
   return names;
 }
 
-std::string read_scene(const std::string& text) {
-  const std::vector<std::string> names = own_scenes();
-  if (std::find(names.begin(), names.end(), text) == names.end())
-    reject("--scene", text, "a crowd scene that needs no clips; choose " + joined(names, ", "));
+std::string read_scene(const std::string& option, const std::string& text) {
+  read_choice(option, text, own_scenes(), "a crowd scene that needs no clips");
   return text;
 }
 
-Exact read_exact(const std::string& text) {
-  if (text == "none") return Exact::kNone;
-  if (text == "convex") return Exact::kConvex;
-  reject("--exact", text, "what decides; choose none, convex");
-}
-
-QueryWant read_want(const std::string& text) {
-  for (std::size_t w = 0; w < kWantNames.size(); ++w)
-    if (text == kWantNames[w]) return static_cast<QueryWant>(w);
-  reject("--want", text, "what a query asks for; choose any, closest, all");
+Exact read_exact(const std::string& option, const std::string& text) {
+  return read_choice(option, text, {"none", "convex"}, "what decides") == 0 ? Exact::kNone : Exact::kConvex;
 }
 
 // Adds --rays, --spheres, --boxes, --capsules and --points.
@@ -75,11 +64,8 @@ std::vector<const CLI::Option*> add_targets(CLI::App& command, QueryOptions& o) 
   std::vector<const CLI::Option*> of_files;
   for (const CLI::Option* option : command.get_options())
     if (option != command.get_help_ptr()) of_files.push_back(option);
-  CLI::Option* scene = command
-                           .add_option_function<std::string>(
-                               "--scene", [&o](const std::string& text) { o.scene = read_scene(text); },
-                               "instead of files: a scene of `cab crowd`")
-                           ->type_name(joined(own_scenes(), "|"));
+  CLI::Option* scene = add_read(command, "--scene", joined(own_scenes(), "|"), o.scene,
+                                "instead of files: a scene of `cab crowd`", read_scene);
   add_number(command, "--characters", o.character_count, "of --scene: number of characters (default 10000)", 1,
              kMaxCrowd)
       ->needs(scene);
@@ -89,11 +75,9 @@ std::vector<const CLI::Option*> add_targets(CLI::App& command, QueryOptions& o) 
 // Adds --frame and --frames.
 void add_frames(CLI::App& command, QueryOptions& o) {
   CLI::Option* frame =
-      command
-          .add_option_function<std::string>(
-              "--frame", [&o](const std::string& text) { o.frame = read_frame("--frame", text); },
-              "frame whose poses are asked, counted from 0 (default 0); 1/30 s apart in a scene, which has no last")
-          ->type_name("K|last");
+      add_read(command, "--frame", "K|last", o.frame,
+               "frame whose poses are asked, counted from 0 (default 0); 1/30 s apart in a scene, which has no last",
+               read_frame);
   command
       .add_option_function<std::vector<std::string>>(
           "--frames",
@@ -122,16 +106,10 @@ Command add_query(CLI::App& app) {
   for (CLI::Option* file : files) random->excludes(file);
   add_number(command, "--seed", o.seed, "seed of random rays (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max());
-  command
-      .add_option_function<std::string>(
-          "--exact", [&o](const std::string& text) { o.exact = read_exact(text); },
-          "what links are: their leaf boxes, or their convex shapes (default none)")
-      ->type_name("none|convex");
-  command
-      .add_option_function<std::string>(
-          "--want", [&o](const std::string& text) { o.want = read_want(text); },
-          "whether there is any link, the closest, or all of them (default closest)")
-      ->type_name("any|closest|all");
+  add_read(command, "--exact", "none|convex", o.exact,
+           "what links are: their leaf boxes, or their convex shapes (default none)", read_exact);
+  add_choice<QueryWant>(command, "--want", kWantNames, o.want, "what a query asks for",
+                        "whether there is any link, the closest, or all of them (default closest)");
   add_number(command, "--max-hits", o.max_hits, "of --want all: the most hits of a query, the closest", 1,
              std::numeric_limits<std::uint32_t>::max());
   command.add_flag("--depth", o.with_depth, "how deep links are in spheres, boxes and capsules, the deepest first");

@@ -254,14 +254,10 @@ Json to_json(const QueryReport& run, const std::vector<std::string>& notes) {
   json["max_hits"] = options.max_hits == QueryOptions().max_hits ? Json() : Json(options.max_hits);
   json["depth"] = options.with_depth;
   json["seed"] = options.random_count > 0 ? Json(options.seed) : Json();
-  const auto add_seconds = [&json](const std::string& key, const Spread& s) {
-    json[key + "_seconds_median"] = s.median;
-    json[key + "_seconds_least"] = s.least;
-    json[key + "_seconds_most"] = s.most;
-  };
   const Spread total = seconds_of(run, &QueryStats::seconds_total);
-  add_seconds("total_wall", total);
-  for (const QueryPhase& phase : kQueryPhases) add_seconds(phase.key, seconds_of(run, phase.seconds));
+  add_spread(json, "total_wall_seconds", total);
+  for (const QueryPhase& phase : kQueryPhases)
+    add_spread(json, std::string(phase.key) + "_seconds", seconds_of(run, phase.seconds));
   json["nanoseconds_per_query"] = 1e9 * total.median / static_cast<double>(run.asked.queries.size());
   for (const QueryCount& row : kQueryCounts) json[row.key] = run.figures.stats.*row.count;
   json["instances_posed"] = run.figures.stats.instances_posed;

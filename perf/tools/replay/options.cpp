@@ -7,7 +7,6 @@
 #include <variant>
 #include <vector>
 
-#include "perf/base/option_values.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -44,13 +43,10 @@ CLI::Option* add_record_file(CLI::App& command, const std::string& option, Recor
   CLI::Option* const path = add_path(command, option, file.path, meaning);
   path->type_name("FILE.cab");
   command.add_flag("--compress", file.compress, "compress the recording by zstd")->needs(path);
-  command
-      .add_option_function<std::string>(
-          "--pose-step",
-          [&file](const std::string& text) { file.pose_step = static_cast<float>(read_positive("--pose-step", text)); },
-          "round poses to 16 bits per number, translations to multiples of this power of two; frames run with the "
-          "rounded poses")
-      ->type_name("LENGTH")
+  add_read(command, "--pose-step", "LENGTH", file.pose_step,
+           "round poses to 16 bits per number, translations to multiples of this power of two; frames run with the "
+           "rounded poses",
+           read_positive)
       ->needs(path);
   return path;
 }
@@ -59,25 +55,14 @@ Command add_record(CLI::App& app) {
   auto options = std::make_shared<RecordOptions>();
   RecordOptions& o = *options;
   CLI::App& command = *app.add_subcommand("record", "record a built-in scene");
-  command
-      .add_option_function<std::string>(
-          "--scene", [&o](const std::string& text) { o.scene = read_recorded_scene("--scene", text); },
-          recorded_scene_help())
-      ->type_name("NAME")
-      ->required();
+  add_read(command, "--scene", "NAME", o.scene, recorded_scene_help(), read_recorded_scene)->required();
   add_record_file(command, "--out", o.file, "the recording to write")->required();
-  command
-      .add_option_function<std::string>(
-          "--frames", [&o](const std::string& text) { o.frames = read_frame_range("--frames", text); },
-          "only frames A to B - 1, counted from 0; of a crowd A is 0 (default all; of a crowd 0:30)")
-      ->type_name("A:B");
+  add_read(command, "--frames", "A:B", o.frames,
+           "only frames A to B - 1, counted from 0; of a crowd A is 0 (default all; of a crowd 0:30)",
+           read_frame_range);
   add_number(command, "--characters", o.character_count, "of a crowd, how many characters (default 1000)", 1,
              kMaxCrowd);
-  command
-      .add_option_function<std::string>(
-          "--margin", [&o](const std::string& text) { o.margin = static_cast<float>(read_positive("--margin", text)); },
-          "record links that are at most this far apart too")
-      ->type_name("LENGTH");
+  add_read(command, "--margin", "LENGTH", o.margin, "record links that are at most this far apart too", read_positive);
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
@@ -91,15 +76,11 @@ Command add_replay(CLI::App& app) {
   add_path(command, "FILE", o.file, "recording")->required()->type_name("");
   for (std::uint32_t field = 0; field < policy_table().size; ++field) {
     const PolicyField& row = policy_table()[field];
-    command
-        .add_option_function<std::string>(
-            std::string("--") + row.name,
-            [&o, field](const std::string& text) {
-              set_policy(o.policies, field, text);
-              o.changed_policies |= 1u << field;
-            },
-            std::string(row.meaning) + " (default as recorded)")
-        ->type_name(policy_names(field, "|"));
+    add_text(command, std::string("--") + row.name, policy_names(field, "|"),
+             std::string(row.meaning) + " (default as recorded)", [&o, field](const std::string& text) {
+               set_policy(o.policies, field, text);
+               o.changed_policies |= 1u << field;
+             });
   }
   add_isas(command, o.isas, "the best");
   add_threads(command, o.thread_count);

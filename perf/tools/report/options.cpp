@@ -4,8 +4,6 @@
 #include <limits>
 #include <memory>
 
-#include "perf/base/option_values.h"
-
 namespace cab::perf {
 
 Command add_report(CLI::App& app) {
@@ -20,11 +18,8 @@ Command add_report(CLI::App& app) {
       ->type_name("OUT.html");
   add_csv(command, o.csv_path, "write all intervals of contact as CSV (default: beside the page, with its name)");
   add_path(command, "--pairs", o.pairs_path, "write all pairs of links as CSV")->type_name("OUT.csv");
-  command
-      .add_option_function<std::string>(
-          "--min-depth", [&o](const std::string& text) { o.min_depth = read_not_negative("--min-depth", text); },
-          "only intervals that are so deep somewhere")
-      ->type_name("METRES");
+  add_read(command, "--min-depth", "METRES", o.min_depth, "only intervals that are so deep somewhere",
+           read_not_negative);
   add_number(command, "--min-frames", o.min_frames, "only intervals of at least N frames (default 1)", 1,
              std::numeric_limits<std::uint32_t>::max());
   add_path(command, "--page", o.page_path, "the page of the viewer (default: cab_view.html beside this command)")

@@ -200,7 +200,7 @@ int inspect_command(const InspectOptions& options) {
   json["frame_count"] = scene.frame_count;
   json["frame_seconds"] = scene.frame_seconds;
   const std::uint32_t refit = 0;  // the first row of policy_table()
-  json[policy_table()[refit].name] = policy_table()[refit].values[policy_get(options.policies, refit)].name;
+  json[policy_table()[refit].name] = policy_value(options.policies, refit);
   json["isa"] = to_string(session.isa());
   json["pose_hash"] = hex(scenes::pose_hash(scene));
   json["frame_of_boxes"] = "boxes are relative to world_origin_metres, along the world's axes";

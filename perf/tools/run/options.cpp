@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "perf/base/option_values.h"
 #include "perf/base/usage.h"
 
 namespace cab::perf {
@@ -20,11 +19,8 @@ constexpr const char* kFormats =
     " beside 11_01.amc";
 
 void add_fps(CLI::App& command, double& frames_per_second) {
-  command
-      .add_option_function<std::string>(
-          "--fps", [&frames_per_second](const std::string& text) { frames_per_second = read_positive("--fps", text); },
-          "frames a second of AMC files, which do not say it (default 120)")
-      ->type_name("N");
+  add_read(command, "--fps", "N", frames_per_second, "frames a second of AMC files, which do not say it (default 120)",
+           read_positive);
 }
 
 // The bits of rig::BodyKind for words separated by commas.
@@ -50,15 +46,8 @@ void add_motion(CLI::App& command, Paths& paths, Unit set_unit, const std::strin
       "--motion", paths, "another file that has the motion, of nodes with the same names" + how_often);
   motion->type_name("FILE")->allow_extra_args(false);
   refuse_empty(*motion);
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--motion-units",
-          [set_unit](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) set_unit(read_positive("--motion-units", text, kUnitExample));
-          },
-          "length unit of that file in metres (default: that of FILE)")
-      ->type_name("METRES_PER_UNIT")
-      ->allow_extra_args(false);
+  add_texts(command, "--motion-units", "METRES_PER_UNIT", "length unit of that file in metres (default: that of FILE)",
+            [set_unit](const std::string& text) { set_unit(read_metres_per_unit("--motion-units", text)); });
 }
 
 // Adds --animation, and --body with the options that need it.
@@ -67,26 +56,21 @@ void add_skin_options(CLI::App& command, std::string& animation, std::optional<s
       .add_option("--animation", animation,
                   "animation to read, of --motion if given, by name or by number from 0 (default the first)")
       ->type_name("NAME");
-  command
-      .add_option_function<std::string>(
-          "--body",
-          [&skin](const std::string& text) {
-            if (text == "skin")
-              skin.emplace();
-            else if (text != "skeleton")
-              reject("--body", text, "skeleton or skin");
-          },
-          "what bodies are made of: skeleton (default), or skin: the meshes that joints move")
-      ->type_name("KIND");
+  add_text(command, "--body", "KIND",
+           "what bodies are made of: skeleton (default), or skin: the meshes that joints move",
+           [&skin](const std::string& text) {
+             if (text == "skin")
+               skin.emplace();
+             else if (text != "skeleton")
+               reject("--body", text, "skeleton or skin");
+           });
   const auto of_skin = [&skin](const char* option) -> scenes::SkinOptions& {
     if (!skin) throw UsageError(std::string(option) + ": needs --body skin");
     return *skin;
   };
-  command
-      .add_option_function<std::string>(
-          "--kinds", [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); },
-          "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid")
-      ->type_name("KIND,...");
+  add_text(command, "--kinds", "KIND,...",
+           "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid",
+           [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); });
   command
       .add_option_function<std::uint32_t>(
           "--leaves-per-link", [of_skin](std::uint32_t n) { of_skin("--leaves-per-link").leaves_per_link = n; },
@@ -96,32 +80,20 @@ void add_skin_options(CLI::App& command, std::string& animation, std::optional<s
   command.add_flag_callback(
       "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
       "let bodies grow until the surface is inside of them in all frames");
-  command
-      .add_option_function<std::string>(
-          "--links", [of_skin](const std::string& text) { of_skin("--links").kept_joints = split_commas(text); },
-          "only these joints get links; the meshes of others go to the joint above")
-      ->type_name("JOINT,...");
-  command
-      .add_option_function<std::string>(
-          "--least-reach",
-          [of_skin](const std::string& text) {
-            of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
-          },
-          "skip joints whose meshes and children reach less than this")
-      ->type_name("METRES");
+  add_text(command, "--links", "JOINT,...", "only these joints get links; the meshes of others go to the joint above",
+           [of_skin](const std::string& text) { of_skin("--links").kept_joints = split_commas(text); });
+  add_text(command, "--least-reach", "METRES", "skip joints whose meshes and children reach less than this",
+           [of_skin](const std::string& text) {
+             of_skin("--least-reach").least_reach = read_positive("--least-reach", text);
+           });
 }
 
 void add_body_options(CLI::App& command, scenes::BodyOptions& bodies) {
-  command
-      .add_option_function<std::string>(
-          "--stature", [&bodies](const std::string& text) { bodies.stature = read_positive("--stature", text); },
-          "height of the person, for thickness, heads, hands and feet; without it by the figure's own bones")
-      ->type_name("METRES");
-  command
-      .add_option_function<std::string>(
-          "--thickness", [&bodies](const std::string& text) { bodies.thickness = read_positive("--thickness", text); },
-          "factor of the thickness of all bodies (default 1)")
-      ->type_name("FACTOR");
+  add_read(command, "--stature", "METRES", bodies.stature,
+           "height of the person, for thickness, heads, hands and feet; without it by the figure's own bones",
+           read_positive);
+  add_read(command, "--thickness", "FACTOR", bodies.thickness, "factor of the thickness of all bodies (default 1)",
+           read_positive);
 }
 
 }  // namespace
@@ -129,15 +101,8 @@ void add_body_options(CLI::App& command, scenes::BodyOptions& bodies) {
 CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string& meaning) {
   CLI::Option* files = command.add_option("FILE", world.files, meaning + kFormats)->type_name("");
   refuse_empty(*files);
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--offset",
-          [&world](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts) world.offsets.push_back(read_offset("--offset", text));
-          },
-          "metres to move a character; give it again for the next file")
-      ->type_name("X,Y,Z")
-      ->allow_extra_args(false);
+  add_texts(command, "--offset", "X,Y,Z", "metres to move a character; give it again for the next file",
+            [&world](const std::string& text) { world.offsets.push_back(read_offset("--offset", text)); });
   add_units(command, "file", world.metres_per_unit);
   add_fps(command, world.frames_per_second);
   add_up(command, world.up, kUpForHeight);
@@ -158,11 +123,7 @@ Command add_run(CLI::App& app) {
   RunOptions& o = *options;
   CLI::App& command = *app.add_subcommand("run", "find touching links in motion files, frame by frame");
   add_world(command, o.world, "motion files, one character each")->required();
-  command
-      .add_option_function<std::string>(
-          "--frames", [&o](const std::string& text) { o.frames = read_frame_range("--frames", text); },
-          "only frames A to B - 1, counted from 0")
-      ->type_name("A:B");
+  add_read(command, "--frames", "A:B", o.frames, "only frames A to B - 1, counted from 0", read_frame_range);
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
@@ -176,12 +137,8 @@ Command add_run(CLI::App& app) {
       ->needs(self);
   command.add_flag("--contacts", o.contacts,
                    "also the normal and depth of each hit, by the exact test; without --exact that is convex");
-  command
-      .add_option_function<std::string>(
-          "--min-depth",
-          [&o](const std::string& text) { o.min_depth = static_cast<float>(read_positive("--min-depth", text)); },
-          "leave out hits that are less deep, by the exact test; without --exact that is convex")
-      ->type_name("METRES");
+  add_read(command, "--min-depth", "METRES", o.min_depth,
+           "leave out hits that are less deep, by the exact test; without --exact that is convex", read_positive);
   add_json(command, o.json_path, "write the table as JSON");
   add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
   add_record_file(command, "--record", o.recording, "write a recording, to replay and to look at");
@@ -199,21 +156,10 @@ Command add_inspect(CLI::App& app) {
   CLI::App& command = *app.add_subcommand(
       "inspect", "dump one frame of a file as JSON: joints, links, leaf boxes, merges, inner boxes");
   add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
-  command
-      .add_option_function<std::string>(
-          "--frame", [&o](const std::string& text) { o.frame = read_frame("--frame", text); },
-          "frame, counted from 0 (default 0)")
-      ->type_name("K|last");
+  add_read(command, "--frame", "K|last", o.frame, "frame, counted from 0 (default 0)", read_frame);
   add_json(command, o.json_path, "file to write; without it the JSON goes to standard output");
-  command
-      .add_option_function<std::string>(
-          "--offset", [&o](const std::string& text) { o.offset = read_offset("--offset", text); },
-          "metres to move the character")
-      ->type_name("X,Y,Z");
-  command
-      .add_option_function<std::string>(
-          "--units", [&o](const std::string& text) { o.metres_per_unit = read_unit("--units", text); }, kUnitMeaning)
-      ->type_name("METRES_PER_UNIT");
+  add_read(command, "--offset", "X,Y,Z", o.offset, "metres to move the character", read_offset);
+  add_read(command, "--units", "METRES_PER_UNIT", o.metres_per_unit, kUnitMeaning, read_unit);
   add_fps(command, o.frames_per_second);
   add_up(command, o.up, kUpForHeight);
   add_no_sandbox(command, o.sandbox);
@@ -229,8 +175,7 @@ Command add_inspect(CLI::App& app) {
   add_path(command, "--write-bodies", o.write_bodies_path,
            "write all bodies as JSON, to change and to give to --bodies")
       ->type_name("OUT.json");
-  for (std::uint32_t field = 0; field < policy_table().size; ++field)
-    if (std::string(policy_table()[field].name) == "refit") add_policy(command, field, o.policies);
+  add_policy(command, policy_row("refit"), o.policies);
   add_isa(command, o.isa);
   return {&command, [options, bodies] {
             options->prints_bodies = bodies->count() > 0;

@@ -209,8 +209,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const scenes
   json["end_frame"] = frames.end;
   json["scene_frame_count"] = scene.frame_count;
   json["frame_seconds"] = scene.frame_seconds;
-  for (std::uint32_t f = 0; f < policy_table().size; ++f)
-    json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
+  json["policies"] = policies_json(options.policies);
   json["within_characters"] = options.within;
   json["ignored_hops"] = options.world.ignored_hops;
   if (options.world.rest_frame) json["rest_frame"] = *options.world.rest_frame;

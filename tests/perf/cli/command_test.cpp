@@ -332,7 +332,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--motion", other, "--motion", other}, "--motion: given 2 times for 1 files"},
       {{"run", file, "--motion", other, "--hits", other}, "is an input"},
       {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
-      {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not frames or pairs"},
+      {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not what a lane holds; choose frames, pairs"},
       {{"paper", "--tables", "one"}, "--tables"},
       {{"paper", "--tables", "1,1"}, "--tables"},
       {{"paper", "--frames", "0"}, "--frames"},
