@@ -165,18 +165,10 @@ class Run {
 
  private:
   RankTotals sum_of_all() const {
-    RankTotals sum;
-    for (const RankTotals& one : all_) {
-      sum.hits += one.hits;
-      sum.hits_sum += one.hits_sum;
-      for (std::size_t k = 0; k < sum.messages.size(); ++k) {
-        sum.messages[k] += one.messages[k];
-        sum.bytes[k] += one.bytes[k];
-      }
-      sum.bounds_sent += one.bounds_sent;
-      sum.poses_sent += one.poses_sent;
-    }
-    return sum;
+    const std::vector<std::uint64_t> numbers = to_numbers(all_);
+    std::vector<std::uint64_t> sum(kTotalsNumbers);
+    for (std::size_t i = 0; i < numbers.size(); ++i) sum[i % kTotalsNumbers] += numbers[i];
+    return to_totals(sum).front();
   }
 
   std::string state_path() const { return options_.out_folder + "/state.json"; }
@@ -312,7 +304,7 @@ void run_on_all(const CrowdOptions& options, const std::string& program,
   // What decides where a rank writes and reads must be the same too, or one would wait for the others.
   const std::string own =
       program + " out=" + options.out_folder + " json=" + options.json_path + " csv=" + options.csv_path;
-  const std::string first = ranks.text_of_first(own);
+  const std::string first = ranks.text_of(0, own);
   ranks.together([&] {
     if (own != first) throw std::runtime_error("its options are not those of rank 0: " + difference(own, first));
   });

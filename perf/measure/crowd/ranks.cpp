@@ -14,19 +14,14 @@ void Ranks::agree(const std::string& problem) const {
   int lowest = count_;
   MPI_Allreduce(&own, &lowest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
   if (lowest == count_) return;
-  std::string text = problem;
-  auto size = static_cast<unsigned long long>(text.size());
-  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, lowest, MPI_COMM_WORLD);
-  text.resize(size);
-  MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, lowest, MPI_COMM_WORLD);
-  throw AgreedFailure("rank " + std::to_string(lowest) + ": " + text);
+  throw AgreedFailure("rank " + std::to_string(lowest) + ": " + text_of(lowest, problem));
 }
 
-std::string Ranks::text_of_first(std::string text) const {
+std::string Ranks::text_of(int rank, std::string text) const {
   auto size = static_cast<unsigned long long>(text.size());
-  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, 0, MPI_COMM_WORLD);
+  MPI_Bcast(&size, 1, MPI_UNSIGNED_LONG_LONG, rank, MPI_COMM_WORLD);
   text.resize(size);
-  MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, 0, MPI_COMM_WORLD);
+  MPI_Bcast(text.data(), static_cast<int>(size), MPI_CHAR, rank, MPI_COMM_WORLD);
   return text;
 }
 

@@ -36,8 +36,8 @@ class Ranks {
     agree(problem);
   }
 
-  // The text of rank 0.
-  std::string text_of_first(std::string text) const;
+  // The text of a rank.
+  std::string text_of(int rank, std::string text) const;
 
   double most(double value) const;
 

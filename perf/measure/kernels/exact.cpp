@@ -173,8 +173,8 @@ struct ExactWork {
   ExactWork(Random& random, const Row& row) : side_a(random, row.a), side_b(random, row.b) {
     for (std::uint32_t i = 0; i < kExactPairs; ++i) {
       ExactPair pair;
-      pair.a = static_cast<std::uint32_t>(random.next() % kShapes);
-      pair.b = static_cast<std::uint32_t>(random.next() % kShapes);
+      pair.a = static_cast<std::uint32_t>(random.next_u64() % kShapes);
+      pair.b = static_cast<std::uint32_t>(random.next_u64() % kShapes);
       if (row.same_two && i % kLanes > 0) {
         pair.a = pairs.back().a;
         pair.b = pairs.back().b;

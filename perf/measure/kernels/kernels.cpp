@@ -144,8 +144,8 @@ struct OverlapWork {
     std::size_t overlapping = 0;
     const std::size_t wanted = static_cast<std::size_t>(share * kPairs);
     while (out.size() < kPairs) {
-      const Pair pair = {static_cast<std::uint32_t>(random.next() % kBoxes),
-                         static_cast<std::uint32_t>(random.next() % kBoxes)};
+      const Pair pair = {static_cast<std::uint32_t>(random.next_u64() % kBoxes),
+                         static_cast<std::uint32_t>(random.next_u64() % kBoxes)};
       if (pair.a == pair.b) continue;
       const bool overlap = fcl_boxes[pair.a].overlap(fcl_boxes[pair.b]);
       if (overlap ? overlapping == wanted : out.size() - overlapping == kPairs - wanted) continue;

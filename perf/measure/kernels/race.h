@@ -2,6 +2,7 @@
 #pragma once
 
 #include "perf/base/report.h"
+#include "scenes/random.h"
 
 #include <cstdint>
 #include <functional>
@@ -10,22 +11,10 @@
 
 namespace cab::perf {
 
-// splitmix64, so that every machine measures the same boxes.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-  }
-  float uniform(float lo, float hi) {
-    return lo + (hi - lo) * static_cast<float>(static_cast<double>(next() >> 11) * 0x1p-53);
-  }
-
- private:
-  std::uint64_t state_;
+// Draws of floats. Every machine measures the same boxes.
+struct Random : scenes::Random {
+  using scenes::Random::Random;
+  float uniform(float low, float high) { return static_cast<float>(scenes::Random::uniform(low, high)); }
 };
 
 // Code to time: one round of `work` operations. answer is the result of the round. It keeps the compiler from leaving

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "perf/base/processor_time.h"
 #include "perf/measure/peers/leaf_boxes.h"
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/query_boxes.h"
@@ -233,6 +232,21 @@ class World {
 
 // ------------------------------------------------------------------------------------------- its tree, and no more
 
+// How much bounds grow when they change, in metres, so that few frames have to insert a leaf into the tree again.
+constexpr btScalar kMargin = 0.05f;
+
+// Gives leaf n of a tree its bounds. node: the leaf, or null if it is not yet there.
+void set_leaf(btDbvt& tree, btDbvtNode*& node, std::uint32_t n, const WorldBounds& b) {
+  btDbvtVolume volume =
+      btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
+  if (node == nullptr) {
+    node = tree.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
+  } else if (!node->volume.Contain(volume)) {
+    volume.Expand(btVector3(kMargin, kMargin, kMargin));
+    tree.update(node, volume);
+  }
+}
+
 class TreeWorld : btDbvt::ICollide {
  public:
   TreeWorld(const scenes::Crowd& crowd, bool per_link)
@@ -247,24 +261,13 @@ class TreeWorld : btDbvt::ICollide {
     const bool built = !tree_.empty();
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
       if (built && boxes_.leaves().rests(posed, per_link_ ? boxes_.character_of(n) : n)) continue;
-      const WorldBounds& b = per_link_ ? boxes_.bounds(n) : boxes_.character(n);
-      btDbvtVolume volume =
-          btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
-      if (!built)
-        nodes_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
-      else if (!nodes_[n]->volume.Contain(volume)) {
-        volume.Expand(btVector3(kMargin, kMargin, kMargin));
-        tree_.update(nodes_[n], volume);
-      }
+      set_leaf(tree_, nodes_[n], n, per_link_ ? boxes_.bounds(n) : boxes_.character(n));
     }
     pairs_ = &out;
     tree_.collideTTpersistentStack(tree_.m_root, tree_.m_root, *this);
   }
 
  private:
-  // How much bounds grow when they change, in metres, so that few frames have to insert a leaf into the tree again.
-  static constexpr btScalar kMargin = 0.05f;
-
   // GJK on the shapes without their margins: a capsule is a segment, and its margin is its radius.
   bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
     const LeafPoser<float>& leaves = boxes_.leaves();
@@ -366,15 +369,7 @@ class RayWorld : public CrowdQueries {
 
   // Rays sorted, sorted by GJK in place of the sub-simplex cast, and as they come.
   void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
-    out.clear(asked.peers.size());
-    const bool is_sorted = mode < 2;
-    if (is_sorted) {
-      const double start = processor_seconds();
-      sort_queries(asked.peers, order_);
-      out.sort_seconds = processor_seconds() - start;
-    }
-    for (std::uint32_t k = 0; k < asked.peers.size(); ++k) {
-      const std::uint32_t i = is_sorted ? order_[k] : k;
+    for (const std::uint32_t i : begin(asked, mode < 2, out)) {
       const PeerQuery& query = asked.peers[i];
       const btVector3 from(query.at[0], query.at[1], query.at[2]);
       const btVector3 to = from + query.reach * btVector3(query.direction[0], query.direction[1], query.direction[2]);
@@ -421,7 +416,6 @@ class RayWorld : public CrowdQueries {
   std::vector<std::unique_ptr<btBoxShape>> shapes_;
   std::vector<std::unique_ptr<btCompoundShape>> compounds_;
   std::vector<std::unique_ptr<btCollisionObject>> objects_;
-  std::vector<std::uint32_t> order_;
 };
 
 // Spheres and points against the tree by itself: volumes that meet a sphere's bounds, then our test.
@@ -433,29 +427,15 @@ class TreeQueries : public CrowdQueries, btDbvt::ICollide {
         nodes_(per_leaf ? posed.leaves.leaf_count() : posed.leaves.character_count()) {}
 
   void update(const PosedBoxes& posed) override {
-    constexpr btScalar kMargin = 0.05f;  // as of the tree of pairs
-    const bool is_built = !tree_.empty();
     bounds_.set(posed, !is_per_leaf_);
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      const WorldBounds& b = is_per_leaf_ ? bounds_.leaves[n] : bounds_.characters[n];
-      btDbvtVolume volume =
-          btDbvtVolume::FromMM(btVector3(b.low[0], b.low[1], b.low[2]), btVector3(b.high[0], b.high[1], b.high[2]));
-      if (!is_built)
-        nodes_[n] = tree_.insert(volume, reinterpret_cast<void*>(std::uintptr_t{n}));
-      else if (!nodes_[n]->volume.Contain(volume)) {
-        volume.Expand(btVector3(kMargin, kMargin, kMargin));
-        tree_.update(nodes_[n], volume);
-      }
+      set_leaf(tree_, nodes_[n], n, is_per_leaf_ ? bounds_.leaves[n] : bounds_.characters[n]);
     }
   }
 
   void answer(std::size_t, const QuestionSet& asked, Answers& out) override {
-    out.clear(asked.peers.size());
-    const double start = processor_seconds();
-    sort_queries(asked.peers, order_);
-    out.sort_seconds = processor_seconds() - start;
     overlaps_ = &out.overlaps;
-    for (const std::uint32_t i : order_) {
+    for (const std::uint32_t i : begin(asked, true, out)) {
       asked_ = &asked.peers[i];
       number_ = i;
       const btVector3 at(asked_->at[0], asked_->at[1], asked_->at[2]);
@@ -480,7 +460,6 @@ class TreeQueries : public CrowdQueries, btDbvt::ICollide {
   btDbvt tree_;
   std::vector<btDbvtNode*> nodes_;
   BoxBounds bounds_;
-  std::vector<std::uint32_t> order_;
   const PeerQuery* asked_ = nullptr;
   std::uint32_t number_ = 0;
   std::vector<Overlap>* overlaps_ = nullptr;

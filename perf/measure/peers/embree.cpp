@@ -7,13 +7,32 @@
 #include <string>
 #include <vector>
 
-#include "perf/base/processor_time.h"
 #include "perf/measure/peers/leaf_boxes.h"
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/query_boxes.h"
 
 namespace cab::perf {
 namespace {
+
+void set_bounds(const WorldBounds& bounds, RTCBounds& out) {
+  out.lower_x = bounds.low[0];
+  out.lower_y = bounds.low[1];
+  out.lower_z = bounds.low[2];
+  out.upper_x = bounds.high[0];
+  out.upper_y = bounds.high[1];
+  out.upper_z = bounds.high[2];
+}
+
+RTCDevice make_device() {
+  const RTCDevice device = rtcNewDevice("threads=1");
+  if (device == nullptr) throw std::runtime_error("embree: no device");
+  return device;
+}
+
+void check(RTCDevice device) {
+  if (const RTCError error = rtcGetDeviceError(device); error != RTC_ERROR_NONE)
+    throw std::runtime_error("embree: error " + std::to_string(error));
+}
 
 // A scene with one primitive per link, or per character.
 class Part {
@@ -52,14 +71,7 @@ class Part {
   static void bound(const RTCBoundsFunctionArguments* arguments) {
     const Part& self = *static_cast<const Part*>(arguments->geometryUserPtr);
     const std::uint32_t number = self.numbers_[arguments->primID];
-    const WorldBounds& bounds = self.per_link_ ? self.boxes_.bounds(number) : self.boxes_.character(number);
-    RTCBounds& out = *arguments->bounds_o;
-    out.lower_x = bounds.low[0];
-    out.lower_y = bounds.low[1];
-    out.lower_z = bounds.low[2];
-    out.upper_x = bounds.high[0];
-    out.upper_y = bounds.high[1];
-    out.upper_z = bounds.high[2];
+    set_bounds(self.per_link_ ? self.boxes_.bounds(number) : self.boxes_.character(number), *arguments->bounds_o);
   }
 
   const CrowdBoxes& boxes_;
@@ -72,10 +84,7 @@ class Part {
 // Who moves is in one scene, who rests in another that is built once.
 class World {
  public:
-  World(const scenes::Crowd& crowd, bool per_link) : boxes_(crowd), per_link_(per_link) {
-    device_ = rtcNewDevice("threads=1");
-    if (device_ == nullptr) throw std::runtime_error("embree: no device");
-  }
+  World(const scenes::Crowd& crowd, bool per_link) : boxes_(crowd), per_link_(per_link) {}
   ~World() {
     moving_.reset();
     resting_.reset();
@@ -92,8 +101,7 @@ class World {
     collide(*moving_, *moving_);
     collide(*moving_, *resting_);
     collide(*resting_, *resting_);
-    if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
-      throw std::runtime_error("embree: error " + std::to_string(error));
+    check(device_);
   }
 
  private:
@@ -135,7 +143,7 @@ class World {
 
   CrowdBoxes boxes_;
   bool per_link_;
-  RTCDevice device_ = nullptr;
+  RTCDevice device_ = make_device();
   std::optional<Part> moving_, resting_;
   const Part *a_ = nullptr, *b_ = nullptr;  // of the collisions that are reported
   std::vector<LeafPair>* pairs_ = nullptr;
@@ -388,8 +396,7 @@ Callbacks choose_callbacks() {
 class Queries : public CrowdQueries {
  public:
   Queries(const PosedBoxes& posed, Primitives primitives, Build build)
-      : callbacks_(choose_callbacks()), device_(rtcNewDevice("threads=1")) {
-    if (device_ == nullptr) throw std::runtime_error("embree: no device");
+      : callbacks_(choose_callbacks()), device_(make_device()) {
     asked_ = {&posed, &bounds_, &blocks_, primitives};
     scene_ = rtcNewScene(device_);
     geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
@@ -417,65 +424,44 @@ class Queries : public CrowdQueries {
     if (asked_.primitives == Primitives::kBlocks) blocks_.set(posed);
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
-    check();
+    check(device_);
   }
 
   // The ray modes, then spheres, then points as they come and sorted.
   void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
-    out.clear(asked.peers.size());
     const bool is_ray = mode < std::size(kRayModes);
-    if (is_ray ? kRayModes[mode].is_sorted : asked.kind == QueryKind::kSphere || mode > std::size(kRayModes) + 1) {
-      const double start = processor_seconds();
-      sort_queries(asked.peers, order_);
-      out.sort_seconds = processor_seconds() - start;
-    } else {
-      order_.resize(asked.peers.size());
-      for (std::uint32_t i = 0; i < order_.size(); ++i) order_[i] = i;
+    const std::vector<std::uint32_t>& order = begin(
+        asked, is_ray ? kRayModes[mode].is_sorted : asked.kind == QueryKind::kSphere || mode > std::size(kRayModes) + 1,
+        out);
+    switch (is_ray ? kRayModes[mode].width : 0) {
+      case 0: answer_points(asked, order, out); break;
+      case 1: cast<1>(asked, order, out); break;
+      case 4: cast<4>(asked, order, out); break;
+      case 8: cast<8>(asked, order, out); break;
+      default: cast<16>(asked, order, out); break;
     }
-    if (!is_ray) {
-      answer_points(asked, out);
-    } else {
-      switch (kRayModes[mode].width) {
-        case 1: cast<1>(asked, out); break;
-        case 4: cast<4>(asked, out); break;
-        case 8: cast<8>(asked, out); break;
-        default: cast<16>(asked, out); break;
-      }
-    }
-    check();
+    check(device_);
   }
 
  private:
   static void bound(const RTCBoundsFunctionArguments* arguments) {
     const Asked& self = *static_cast<const Asked*>(arguments->geometryUserPtr);
     const bool is_leaf = self.primitives == Primitives::kLeaves;
-    const WorldBounds& bounds = (is_leaf ? self.bounds->leaves : self.bounds->characters)[arguments->primID];
-    RTCBounds& out = *arguments->bounds_o;
-    out.lower_x = bounds.low[0];
-    out.lower_y = bounds.low[1];
-    out.lower_z = bounds.low[2];
-    out.upper_x = bounds.high[0];
-    out.upper_y = bounds.high[1];
-    out.upper_z = bounds.high[2];
-  }
-
-  void check() const {
-    if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
-      throw std::runtime_error("embree: error " + std::to_string(error));
+    set_bounds((is_leaf ? self.bounds->leaves : self.bounds->characters)[arguments->primID], *arguments->bounds_o);
   }
 
   template <unsigned n>
-  void cast(const QuestionSet& asked, Answers& out) {
+  void cast(const QuestionSet& asked, const std::vector<std::uint32_t>& order, Answers& out) {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    const std::size_t count = order_.size();
+    const std::size_t count = order.size();
     for (std::size_t first = 0; first < count; first += n) {
       alignas(64) typename RayTypes<n>::RayHit packet;
       alignas(64) int valid[n];
       auto* const ray = reinterpret_cast<RTCRayN*>(&packet.ray);
       auto* const hit = reinterpret_cast<RTCHitN*>(&packet.hit);
       for (unsigned i = 0; i < n; ++i) {
-        const PeerQuery& query = asked.peers[order_[first + i < count ? first + i : first]];
+        const PeerQuery& query = asked.peers[order[first + i < count ? first + i : first]];
         valid[i] = first + i < count ? -1 : 0;
         RTCRayN_org_x(ray, n, i) = query.at[0];
         RTCRayN_org_y(ray, n, i) = query.at[1];
@@ -500,17 +486,17 @@ class Queries : public CrowdQueries {
         rtcIntersect16(valid, scene_, &context, &packet);
       for (unsigned i = 0; i < n && first + i < count; ++i) {
         if (RTCHitN_geomID(hit, n, i) == RTC_INVALID_GEOMETRY_ID) continue;
-        out.distances[order_[first + i]] = RTCRayN_tfar(ray, n, i);
-        out.leaves[order_[first + i]] = RTCHitN_primID(hit, n, i);
+        out.distances[order[first + i]] = RTCRayN_tfar(ray, n, i);
+        out.leaves[order[first + i]] = RTCHitN_primID(hit, n, i);
       }
     }
   }
 
-  void answer_points(const QuestionSet& asked, Answers& out) {
+  void answer_points(const QuestionSet& asked, const std::vector<std::uint32_t>& order, Answers& out) {
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     const bool is_closest = asked.kind == QueryKind::kPoint;
-    for (const std::uint32_t number : order_) {
+    for (const std::uint32_t number : order) {
       const PeerQuery& query = asked.peers[number];
       RTCPointQuery point;
       point.x = query.at[0];
@@ -534,7 +520,6 @@ class Queries : public CrowdQueries {
   Asked asked_;
   BoxBounds bounds_;
   BoxBlocks blocks_;
-  std::vector<std::uint32_t> order_;
 };
 
 std::vector<QuerySetup> query_setups() {

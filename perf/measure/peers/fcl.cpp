@@ -12,7 +12,6 @@
 #include <memory>
 #include <vector>
 
-#include "perf/base/processor_time.h"
 #include "perf/measure/peers/leaf_boxes.h"
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/query_boxes.h"
@@ -221,15 +220,12 @@ class Queries : public CrowdQueries {
 
   // Spheres: tested, then candidates alone if the set-up has them; then points.
   void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
-    out.clear(asked.peers.size());
-    const double start = processor_seconds();
-    sort_queries(asked.peers, order_);
-    out.sort_seconds = processor_seconds() - start;
+    const std::vector<std::uint32_t>& order = begin(asked, true, out);
     const bool is_point = asked.kind == QueryKind::kPoint;
     constexpr float kPointRadius = 1e-6f;
     is_tested_ = mode == 0;
     out_ = &out;
-    for (const std::uint32_t i : order_) {
+    for (const std::uint32_t i : order) {
       query_ = &asked.peers[i];
       number_ = i;
       const float radius = is_point ? kPointRadius : query_->reach;
@@ -288,7 +284,6 @@ class Queries : public CrowdQueries {
   Tree tree_;
   fcl::CollisionRequestf request_;
   fcl::DistanceRequestf distances_;
-  std::vector<std::uint32_t> order_;
   Geometry sphere_;
   float radius_ = -1;
   bool is_tested_ = false;

@@ -2,11 +2,11 @@
 // Each library has its own file <name>.cpp in this folder, which is compiled if its package is found.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -23,8 +23,7 @@ inline const char* name_of(Leaves leaves) { return leaves == Leaves::kBoxes ? "b
 struct LeafPair {
   std::uint32_t a;
   std::uint32_t b;
-  friend bool operator<(const LeafPair& p, const LeafPair& q) { return std::tie(p.a, p.b) < std::tie(q.a, q.b); }
-  friend bool operator==(const LeafPair& p, const LeafPair& q) { return p.a == q.a && p.b == q.b; }
+  auto operator<=>(const LeafPair&) const = default;
 };
 
 inline LeafPair ordered_pair(std::uint32_t a, std::uint32_t b) { return a < b ? LeafPair{a, b} : LeafPair{b, a}; }
@@ -51,6 +50,13 @@ struct PeerSetup {
   PeerFrame (*make)(const scenes::Crowd& crowd);
   Leaves leaves = Leaves::kBoxes;  // what it tests; of shapes, each leaf of a figure has one part, at its box's centre
 };
+
+// The frames of all runs: 1/30 s apart, there and back, so that every frame is one step of motion from the last.
+inline constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
+inline constexpr std::uint32_t kFrameCount = 4;
+
+// The number of characters of the verification, so that brute force takes only a moment.
+inline constexpr std::uint32_t kVerifiedCharacters = 200;
 
 struct Peer {
   const char* name;

@@ -27,17 +27,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The frames of all runs: 1/30 s apart, there and back, so that every frame is one step of motion from the last.
-constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
-constexpr std::uint32_t kFrameCount = 4;
-constexpr double kFramesPerSecond = 30;
-
 // In a turn a set-up runs one frame that is not measured, since the turn before filled the caches with other data, and
 // then these.
 constexpr std::uint32_t kMeasuredFrames = 2;
-
-// The number of characters of the verification, so that brute force takes only a moment.
-constexpr std::uint32_t kVerifiedCharacters = 200;
 
 // Up to this many characters every set-up runs all rounds. With more characters there are fewer rounds. If the scene
 // ran with fewer characters before, only ours and the best set-ups of each library in that run take part: the fastest
@@ -215,12 +207,6 @@ std::vector<bool> best_of_each(const Run& run, const std::vector<Contestant>& co
   return best;
 }
 
-std::vector<std::vector<scenes::PosedGroup>> pose_frames(const scenes::Crowd& crowd) {
-  std::vector<std::vector<scenes::PosedGroup>> frames(kFrameCount);
-  for (std::uint32_t f = 0; f < kFrameCount; ++f) scenes::pose_crowd(crowd, f / kFramesPerSecond, frames[f]);
-  return frames;
-}
-
 // Compares every set-up with brute force, in frames that follow each other, so that trees are updated too.
 void verify(const std::string& scene, Leaves leaves, std::vector<Contestant>& contestants) {
   const scenes::Crowd crowd = make_crowd(scene, kVerifiedCharacters, leaves);
@@ -384,19 +370,11 @@ void check(const PeersOptions& options) {
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, {});
 }
 
-// What `cab peers` found, over all its runs.
-struct Results {
-  Json verification = Json::array(), best = Json::array();
-  std::vector<Json> rows;
-  bool right = true;  // cab has no miss and no false positive
-
-  void judge(const Contestant& contestant, const Differences& d) {
-    if (contestant.ours()) right = right && d.misses == 0 && d.false_positives == 0;
-  }
-};
-
 // Verifies and measures all set-ups for leaves of one sort.
-void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Leaves leaves, Results& results) {
+void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Leaves leaves, PeerResults& results) {
+  const auto judge = [&results](const Contestant& contestant, const Differences& d) {
+    if (contestant.ours()) results.right = results.right && d.misses == 0 && d.false_positives == 0;
+  };
   std::vector<Contestant> contestants = make_contestants(options, peers, leaves);
   for (const Contestant& contestant : contestants)
     std::cout << "  " << contestant.name << ": " << contestant.meaning << '\n';
@@ -411,7 +389,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
     row["meaning"] = contestant.meaning;
     add_counts(row, contestant.small);
     results.verification.push_back(row);
-    results.judge(contestant, contestant.small);
+    judge(contestant, contestant.small);
   }
   for (const std::string& scene : options.scenes) {
     std::vector<bool> best;  // of the last run of the scene
@@ -428,7 +406,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
       for (std::size_t c = 0; c < contestants.size(); ++c) {
         if (run.rows[c].seconds.empty()) continue;
         results.rows.push_back(row_json(run, contestants[c], c));
-        results.judge(contestants[c], run.rows[c].differences);
+        judge(contestants[c], run.rows[c].differences);
       }
       for (const bool alone : {true, false})
         if (const std::size_t c = best_peer(run, contestants, alone); c < contestants.size())
@@ -449,26 +427,14 @@ int peers_command(const PeersOptions& options) {
   if (options.queries) return queries_command(options);
   OutputFile json_file(options.json_path), csv_file(options.csv_path);
   const std::vector<Peer> peers = choose_peers(options.peers);
-  std::cout << "libraries: " << versions(peers, true) << '\n';
-  if (const std::string missing = versions(peers, false); !missing.empty())
-    std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';
-  std::cout << "threads 1; alone: by the library's own bounds and tests; outside: scalar code of ours around it\n";
-  Results results;
+  print_libraries(peers);
+  std::cout << "alone: by the library's own bounds and tests; outside: scalar code of ours around it\n";
+  PeerResults results;
   for (const Leaves leaves : options.leaves) {
     std::cout << "\nleaves are " << name_of(leaves) << ":\n";
     run_leaves(options, peers, leaves, results);
   }
-  Json json;
-  json["cab_version"] = CAB_VERSION_STRING;
-  json["libraries"] = versions(peers, true);
-  json["not_in_this_build"] = versions(peers, false);
-  json["verification"] = results.verification;
-  json["best"] = results.best;
-  json["runs"] = results.rows;
-  write_json(json_file, json);
-  write_csv(csv_file, results.rows);
-  if (!results.right) std::cerr << "cab peers: this engine's own pairs differ from the judge's beyond the threshold\n";
-  return results.right ? 0 : 1;
+  return write_results(results, peers, "pairs", json_file, csv_file);
 }
 
 }  // namespace cab::perf

@@ -33,15 +33,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Posed = std::vector<scenes::PosedGroup>;
 
-// The frames of all runs, as of `cab peers`: 1/30 s apart, there and back.
-constexpr std::uint32_t kFrameOrder[] = {0, 1, 2, 3, 2, 1};
-constexpr std::uint32_t kFrameCount = 4;
-constexpr double kFramesPerSecond = 30;
-
 constexpr std::uint32_t kDefaultCharacters = 10000;
 
-// The verification: few enough for brute force in long double.
-constexpr std::uint32_t kVerifiedCharacters = 200;
+// Of the verification: few enough for brute force in long double.
 constexpr std::uint32_t kVerifiedRays = 4000, kVerifiedSpheres = 400, kVerifiedPoints = 1000;
 
 // Of the large crowd's answers that differ from cab's, so many of each set-up are judged.
@@ -203,8 +197,10 @@ class Runners {
  public:
   Runners(const std::string& scene, std::uint32_t count, const std::array<std::uint32_t, 3>& queries,
           const std::vector<Entrant>& entrants)
-      : crowd_(scenes::make_crowd(scene, count)), boxes_(crowd_), poser_(crowd_, Isa::kAuto, 1), frames_(kFrameCount) {
-    for (std::uint32_t f = 0; f < kFrameCount; ++f) scenes::pose_crowd(crowd_, f / kFramesPerSecond, frames_[f]);
+      : crowd_(scenes::make_crowd(scene, count)),
+        boxes_(crowd_),
+        poser_(crowd_, Isa::kAuto, 1),
+        frames_(pose_frames(crowd_)) {
     for (std::size_t k = 0; k < asked_.size(); ++k) asked_[k] = make_queries(frames_[0], kKinds[k], queries[k]);
     set_frame(0);
     const std::uint32_t most = *std::max_element(queries.begin(), queries.end());
@@ -549,10 +545,8 @@ int queries_command(const PeersOptions& options) {
   const auto answers_none = [](const Peer& peer) { return !peer.version.empty() && peer.query_setups.empty(); };
   peers.erase(std::remove_if(peers.begin(), peers.end(), answers_none), peers.end());
   OutputFile json_file(options.json_path), csv_file(options.csv_path);
-  std::cout << "libraries: " << versions(peers, true) << '\n';
-  if (const std::string missing = versions(peers, false); !missing.empty())
-    std::cout << "not in this build, since their packages were not found when it was configured: " << missing << '\n';
-  std::cout << "threads 1; alone: by the library's own tests; the sum of cab includes posing, that of others not\n";
+  print_libraries(peers);
+  std::cout << "alone: by the library's own tests; the sum of cab includes posing, that of others not\n";
   const std::vector<Entrant> entrants = make_entrants(options, peers);
   std::vector<Contestant> contestants = make_contestants(entrants);
   for (const Contestant& c : contestants)
@@ -560,8 +554,7 @@ int queries_command(const PeersOptions& options) {
   std::cout << '\n';
   for (const std::string& scene : options.scenes) verify(scene, entrants, contestants);
   print_verification(options, contestants);
-  bool right = true;
-  Json verification = Json::array(), best = Json::array();
+  PeerResults results;
   for (const Contestant& contestant : contestants) {
     Json row;
     row["setup"] = contestant.name;
@@ -571,10 +564,9 @@ int queries_command(const PeersOptions& options) {
     row["meaning"] = contestant.meaning;
     row["hits"] = contestant.small.hits;
     add_counts(row, contestant.small);
-    verification.push_back(row);
-    right = right && (!contestant.ours || is_right(contestant.small));
+    results.verification.push_back(row);
+    results.right = results.right && (!contestant.ours || is_right(contestant.small));
   }
-  std::vector<Json> rows;
   const std::vector<std::uint32_t> counts =
       options.character_counts.empty() ? std::vector<std::uint32_t>{kDefaultCharacters} : options.character_counts;
   for (const std::string& scene : options.scenes)
@@ -583,13 +575,13 @@ int queries_command(const PeersOptions& options) {
       print_run(run, contestants);
       std::cout.flush();
       for (std::size_t c = 0; c < contestants.size(); ++c) {
-        rows.push_back(row_json(run, contestants, c));
-        right = right && (!contestants[c].ours || is_right(run.rows[c].judged));
+        results.rows.push_back(row_json(run, contestants, c));
+        results.right = results.right && (!contestants[c].ours || is_right(run.rows[c].judged));
       }
       for (const QueryKind kind : kKinds)
         for (const bool alone : {true, false})
           if (const std::size_t c = best_peer(run, contestants, kind, alone); c < contestants.size())
-            best.push_back(
+            results.best.push_back(
                 {{"scene", scene},
                  {"queries", name_of(kind)},
                  {"characters", count},
@@ -597,17 +589,7 @@ int queries_command(const PeersOptions& options) {
                  {"setup", contestants[c].name},
                  {"ratio_median", ratio(run.rows[c].total, run.rows[first_of(contestants, kind)].total).median}});
     }
-  Json json;
-  json["cab_version"] = CAB_VERSION_STRING;
-  json["libraries"] = versions(peers, true);
-  json["not_in_this_build"] = versions(peers, false);
-  json["verification"] = verification;
-  json["best"] = best;
-  json["runs"] = rows;
-  write_json(json_file, json);
-  write_csv(csv_file, rows);
-  if (!right) std::cerr << "cab peers: this engine's own answers differ from the judge's beyond the threshold\n";
-  return right ? 0 : 1;
+  return write_results(results, peers, "answers", json_file, csv_file);
 }
 
 }  // namespace cab::perf

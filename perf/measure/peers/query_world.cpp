@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <numeric>
+
+#include "perf/base/processor_time.h"
 
 namespace cab::perf {
 namespace {
@@ -17,8 +20,7 @@ std::uint32_t spread_bits(std::uint32_t x) {
   return (x | x << 1) & 0x55555555;
 }
 
-}  // namespace
-
+// Along a Morton curve. `order` receives the indices.
 void sort_queries(const std::vector<PeerQuery>& queries, std::vector<std::uint32_t>& order) {
   struct Keyed {
     std::uint32_t key, number;
@@ -57,6 +59,21 @@ void sort_queries(const std::vector<PeerQuery>& queries, std::vector<std::uint32
   }
   order.resize(queries.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = from[i].number;
+}
+
+}  // namespace
+
+const std::vector<std::uint32_t>& CrowdQueries::begin(const QuestionSet& asked, bool is_sorted, Answers& out) {
+  out.clear(asked.peers.size());
+  if (is_sorted) {
+    const double start = processor_seconds();
+    sort_queries(asked.peers, order_);
+    out.sort_seconds = processor_seconds() - start;
+  } else {
+    order_.resize(asked.peers.size());
+    std::iota(order_.begin(), order_.end(), 0U);
+  }
+  return order_;
 }
 
 }  // namespace cab::perf

@@ -3,12 +3,12 @@
 
 #include <cab/query.h>
 
+#include <compare>
 #include <cstdint>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "perf/measure/peers/crowd_leaves.h"
@@ -41,10 +41,7 @@ struct QuestionSet {
 struct Overlap {
   std::uint32_t query;
   std::uint32_t leaf;
-  friend bool operator<(const Overlap& a, const Overlap& b) {
-    return std::tie(a.query, a.leaf) < std::tie(b.query, b.leaf);
-  }
-  friend bool operator==(const Overlap& a, const Overlap& b) { return a.query == b.query && a.leaf == b.leaf; }
+  auto operator<=>(const Overlap&) const = default;
 };
 
 inline constexpr float kNoHit = std::numeric_limits<float>::infinity();
@@ -82,6 +79,14 @@ class CrowdQueries {
   virtual void prepare(std::size_t mode);            // not timed: what comes before a call of answer
   // Timed. `out` is cleared for the queries.
   virtual void answer(std::size_t mode, const QuestionSet& asked, Answers& out) = 0;
+
+ protected:
+  // Clears `out`, and returns the indices of the queries as they come or, sorted, as neighbours in a Morton curve
+  // through their places and, in one place, by the octant of a ray's direction. The sort is timed.
+  const std::vector<std::uint32_t>& begin(const QuestionSet& asked, bool is_sorted, Answers& out);
+
+ private:
+  std::vector<std::uint32_t> order_;
 };
 inline void CrowdQueries::prepare(std::size_t) {}
 
@@ -93,9 +98,5 @@ struct QuerySetup {
   std::vector<QueryMode> modes;
   std::function<std::unique_ptr<CrowdQueries>(const PosedBoxes&)> make;
 };
-
-// Sorts queries so that neighbours in the order are alike: along a Morton curve through the places, and in one place by
-// the octant of a ray's direction. `order` receives the indices.
-void sort_queries(const std::vector<PeerQuery>& queries, std::vector<std::uint32_t>& order);
 
 }  // namespace cab::perf
