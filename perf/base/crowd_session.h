@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "layout/arena.h"
-#include "perf/base/engine_call.h"
+#include "perf/base/engine_session.h"
 #include "scenes/crowd/crowd.h"
 
 namespace cab::perf {
@@ -59,6 +59,16 @@ struct CoarseShare {
   std::uint32_t leaves = 1;  // most leaves of a character
 };
 
+// The characters of a group as they are posed.
+inline BatchInput input_of(const scenes::PosedGroup& posed, BatchId batch) {
+  BatchInput out;
+  out.batch = batch;
+  out.poses.data = posed.poses.data();
+  out.origins = posed.origins;
+  out.orientations = posed.orientations;
+  return out;
+}
+
 // A crowd in an engine: one batch per group, all characters paired, and then the level, if there is one.
 class CrowdSession {
  public:
@@ -71,10 +81,7 @@ class CrowdSession {
     desc.allocator = &allocator;
     engine_ = make_engine(desc);
     for (const scenes::CrowdGroup& group : crowd.groups) {
-      const scenes::ArticulationStorage storage(group.figure);
-      BatchDesc batch;
-      batch.instance_count = group.count;
-      require(add_articulation(*engine_, storage.desc(), &batch.articulation), group.figure.name);
+      const BatchDesc batch = {add_character(*engine_, group.figure), group.count};
       BatchId id;
       require(add_batch(*engine_, batch, &id), group.figure.name);
       articulations_.push_back(batch.articulation);
@@ -116,7 +123,8 @@ class CrowdSession {
     margins_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
       margins_[g].resize(posed[g].origins.size() / 3);
-      require(sweep_margins(*engine_, input_of(last, g), input_of(posed, g), margins_[g]), "sweep");
+      require(sweep_margins(*engine_, input_of(last[g], batches_[g]), input_of(posed[g], batches_[g]), margins_[g]),
+              "sweep");
     }
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -129,7 +137,7 @@ class CrowdSession {
     std::vector<BatchInput> inputs(posed.size());
     in_contact_.resize(posed.size());
     for (std::size_t g = 0; g < posed.size(); ++g) {
-      inputs[g] = input_of(posed, g);
+      inputs[g] = input_of(posed[g], batches_[g]);
       if (!margins_.empty()) inputs[g].margins = margins_[g];
       if (at_rest_ != AtRest::kMoved) inputs[g].moved = posed[g].moved;
       if (!only_in_contact) continue;
@@ -167,7 +175,7 @@ class CrowdSession {
   // reuse_bounds: the poses are those of the last frame.
   QueryStats answer(const std::vector<scenes::PosedGroup>& posed, Span<const Query> queries, bool reuse_bounds) {
     std::vector<BatchInput> inputs(posed.size());
-    for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed, g);
+    for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed[g], batches_[g]);
     QueryJob job;
     job.inputs = inputs;
     job.queries = queries;
@@ -183,7 +191,7 @@ class CrowdSession {
     ArticulationInfo info;
     require(articulation_info(*engine_, articulations_[group], &info), "articulation");
     boxes.resize(posed[group].origins.size() / 3 * info.node_count);
-    require(compute_boxes(*engine_, input_of(posed, group), {}, boxes), "boxes");
+    require(compute_boxes(*engine_, input_of(posed[group], batches_[group]), {}, boxes), "boxes");
     return info.node_count;
   }
 
@@ -237,15 +245,6 @@ class CrowdSession {
   static void list(const std::vector<std::uint32_t>& instances, BatchInput& input) {
     input.instances = instances;
     if (instances.empty()) input.count = 0;
-  }
-
-  BatchInput input_of(const std::vector<scenes::PosedGroup>& posed, std::size_t g) const {
-    BatchInput out;
-    out.batch = batches_[g];
-    out.poses.data = posed[g].poses.data();
-    out.origins = posed[g].origins;
-    out.orientations = posed[g].orientations;
-    return out;
   }
 
   CountedMemory memory_;  // outlives the engine

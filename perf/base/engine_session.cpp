@@ -40,6 +40,40 @@ void check_arrays(const scenes::Scene& scene, const scenes::Character& character
 
 }  // namespace
 
+ArticulationId add_character(Engine& engine, const scenes::Character& character) {
+  const scenes::ArticulationStorage storage(character);
+  ArticulationId id;
+  std::uint32_t bad_element = 0;
+  const Status status = add_articulation(engine, storage.desc(), &id, &bad_element);
+  require(status, character.name + ": element " + std::to_string(bad_element));
+  return id;
+}
+
+std::vector<PairRule> rules_of(const scenes::Scene& scene, const std::vector<BatchId>& batches, bool within) {
+  const auto is_static = [&scene](std::size_t c) { return scene.characters[c].is_static; };
+  std::vector<PairRule> rules;
+  for (std::size_t a = 0; a < batches.size(); ++a) {
+    if (within && !is_static(a)) rules.push_back({batches[a], batches[a], Pairing::kWithin});
+    for (std::size_t b = a + 1; scene.pairs.empty() && b < batches.size(); ++b)
+      if (!is_static(a) || !is_static(b)) rules.push_back({batches[a], batches[b], Pairing::kBetween});
+  }
+  for (const scenes::CharacterPair& pair : scene.pairs)
+    rules.push_back({batches[pair.a], batches[pair.b], Pairing::kBetween});
+  return rules;
+}
+
+BatchInput input_of(const scenes::Character& character, BatchId batch, FrameRange frames) {
+  const std::size_t first = character.is_static ? 0 : frames.first;
+  const std::size_t count = character.is_static ? 1 : frames.count();
+  BatchInput input;
+  input.batch = batch;
+  input.poses.format = character.pose_format;
+  input.poses.data =
+      character.poses.data() + first * character.link_parents.size() * pose_floats(character.pose_format);
+  if (!character.origins.empty()) input.origins = {character.origins.data() + first * 3, count * 3};
+  return input;
+}
+
 EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& options)
     : scene_(scene),
       frames_(options.frames),
@@ -49,19 +83,10 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
   if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
     throw std::runtime_error(scene.name + ": no frames " + std::to_string(frames_.first) + ":" +
                              std::to_string(frames_.end) + " among " + std::to_string(scene.frame_count));
-  EngineDesc desc;
-  desc.isa = options.isa;
-  desc.thread_count = options.thread_count;
-  engine_ = make_engine(desc);
-
+  engine_ = make_engine({.isa = options.isa, .thread_count = options.thread_count});
   for (const scenes::Character& character : scene.characters) {
     check_arrays(scene, character);
-    const scenes::ArticulationStorage storage(character);
-    ArticulationId id;
-    std::uint32_t bad_element = 0;
-    const Status status = add_articulation(*engine_, storage.desc(), &id, &bad_element);
-    require(status, character.name + ": element " + std::to_string(bad_element));
-    articulations_.push_back(id);
+    articulations_.push_back(add_character(*engine_, character));
   }
 
   const std::uint32_t block = lanes_ == LaneContent::kPairs ? 1 : block_frames(scene, frames_.count());
@@ -81,28 +106,8 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
     require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
     set.batches.push_back(id);
   }
-  for (std::size_t a = 0; a < set.batches.size(); ++a) {
-    if (within_ && !scene_.characters[a].is_static)
-      set.rules.push_back({set.batches[a], set.batches[a], Pairing::kWithin});
-    for (std::size_t b = a + 1; scene_.pairs.empty() && b < set.batches.size(); ++b)
-      if (!scene_.characters[a].is_static || !scene_.characters[b].is_static)
-        set.rules.push_back({set.batches[a], set.batches[b], Pairing::kBetween});
-  }
-  for (const scenes::CharacterPair& pair : scene_.pairs)
-    set.rules.push_back({set.batches[pair.a], set.batches[pair.b], Pairing::kBetween});
+  set.rules = rules_of(scene_, set.batches, within_);
   return set;
-}
-
-BatchInput EngineSession::input(std::uint32_t character, BatchId batch, FrameRange frames) const {
-  const scenes::Character& source = scene_.characters[character];
-  const std::size_t first = source.is_static ? 0 : frames.first;
-  const std::size_t count = source.is_static ? 1 : frames.count();
-  BatchInput input;
-  input.batch = batch;
-  input.poses.format = source.pose_format;
-  input.poses.data = source.poses.data() + first * source.link_parents.size() * pose_floats(source.pose_format);
-  if (!source.origins.empty()) input.origins = {source.origins.data() + first * 3, count * 3};
-  return input;
 }
 
 std::uint32_t EngineSession::block_count() const {
@@ -117,7 +122,8 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   result.frames = {first, first + count};
 
   std::vector<BatchInput> inputs;
-  for (std::uint32_t c = 0; c < set.batches.size(); ++c) inputs.push_back(input(c, set.batches[c], result.frames));
+  for (std::uint32_t c = 0; c < set.batches.size(); ++c)
+    inputs.push_back(input_of(scene_.characters[c], set.batches[c], result.frames));
 
   FrameJob job;
   job.inputs = inputs;
@@ -173,7 +179,8 @@ std::optional<MaskedPose> EngineSession::first_masked() const {
       for (std::uint32_t c = 0; c < set.batches.size(); ++c) {
         MaskReason reason;
         const std::uint32_t instance = scene_.characters[c].is_static ? 0 : i;
-        require(why_masked(*engine_, input(c, set.batches[c], frames), instance, &reason), scene_.characters[c].name);
+        require(why_masked(*engine_, input_of(scene_.characters[c], set.batches[c], frames), instance, &reason),
+                scene_.characters[c].name);
         if (reason.cause != MaskCause::kNone) return MaskedPose{c, first + i, reason};
       }
   }
@@ -199,7 +206,8 @@ CharacterBoxes EngineSession::boxes(std::uint32_t character, const Policies& pol
   const std::size_t instances = scene_.characters[character].is_static ? 1 : full_.frame_count;
   std::vector<Box> all(instances * result.info.node_count);
   std::vector<std::uint8_t> flags(instances);
-  BatchInput posed = input(character, full_.batches[character], {frames_.first, frames_.first + full_.frame_count});
+  BatchInput posed = input_of(scene_.characters[character], full_.batches[character],
+                              {frames_.first, frames_.first + full_.frame_count});
   posed.flags = flags;
   require(compute_boxes(*engine_, posed, policies, all), name);
   result.boxes.assign(all.begin(), all.begin() + result.info.node_count);
@@ -219,7 +227,8 @@ void EngineSession::visit_boxes(const Policies& policies, const VisitBoxes& visi
       const std::string& name = scene_.characters[c].name;
       require(articulation_info(*engine_, articulations_[c], &infos[c]), name);
       boxes[c].resize((scene_.characters[c].is_static ? 1 : count) * std::size_t{infos[c].node_count});
-      require(compute_boxes(*engine_, input(c, set.batches[c], {first, first + count}), policies, boxes[c]), name);
+      const BatchInput posed = input_of(scene_.characters[c], set.batches[c], {first, first + count});
+      require(compute_boxes(*engine_, posed, policies, boxes[c]), name);
     }
     for (std::uint32_t frame = 0; frame < count; ++frame)
       for (std::uint32_t c = 0; c < characters; ++c) {

@@ -66,6 +66,17 @@ struct MaskedPose {
   MaskReason reason;
 };
 
+// Adds the articulation of a character. Throws std::runtime_error that names the character, the element at fault and
+// the engine's reason.
+ArticulationId add_character(Engine& engine, const scenes::Character& character);
+
+// The rules of a scene whose characters have these batches: its pairs or, if it names none, each pair of characters
+// that are not both static. within: also the links of each character that is not static against each other.
+std::vector<PairRule> rules_of(const scenes::Scene& scene, const std::vector<BatchId>& batches, bool within);
+
+// The poses and the origins of a character in some frames; of a static one the only ones.
+BatchInput input_of(const scenes::Character& character, BatchId batch, FrameRange frames);
+
 class EngineSession {
  public:
   // The session tests the scene's pairs or, if the scene names no pairs, each pair of characters that are not both
@@ -109,7 +120,6 @@ class EngineSession {
   };
 
   BatchSet add_batches(std::uint32_t frame_count);
-  BatchInput input(std::uint32_t character, BatchId batch, FrameRange frames) const;
 
   const scenes::Scene& scene_;
   FrameRange frames_;

@@ -57,9 +57,7 @@ Span<const QueryHit> QueryAnswer::hits_of(std::size_t query, std::size_t& begin)
 }
 
 oracle::EnginePtr query_engine(const QueryWorld& made, Isa isa) {
-  EngineDesc desc;
-  desc.isa = isa;
-  oracle::EnginePtr engine = oracle::make_engine_for(made.world, desc);
+  oracle::EnginePtr engine = oracle::make_engine_for(made.world, {.isa = isa});
   ReserveDesc room;
   room.queries = kQueriesPerChunk;
   oracle::require(reserve(*engine, room));

@@ -60,9 +60,7 @@ void run(Task& task) {
   task.regime == 0 ? oracle::add_characters(task.random, world, links) : oracle::add_frames(task.random, world, links);
   if (task.random.chance(0.5)) oracle::add_layers(task.random, world);
   if (task.random.chance(0.3)) world.margin = static_cast<float>(task.random.log_uniform(1e-6, 1));
-  EngineDesc desc;
-  desc.isa = task.subject->kernels->isa;
-  const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);
+  const oracle::EnginePtr engine = oracle::make_engine_for(world, {.isa = task.subject->kernels->isa});
   const std::vector<Hit> touching = oracle::judge_world(world);
   std::vector<std::vector<Hit>> hits;
   for (std::size_t m = 0; m < methods().size(); ++m) {

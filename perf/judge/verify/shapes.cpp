@@ -124,9 +124,7 @@ bool find_contact(const Task& task, const RandomBlock& made, std::uint32_t lane,
   oracle::World world;
   world.members.push_back(body_of(one.a, *made.block.a.shape[lane], {0, 0, 0}));
   world.members.push_back(body_of(one.b, *made.block.b.shape[lane], one.shift));
-  EngineDesc desc;
-  desc.isa = task.subject->kernels->isa;
-  const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);
+  const oracle::EnginePtr engine = oracle::make_engine_for(world, {.isa = task.subject->kernels->isa});
   const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
   const PairRule rule = {{1}, {2}};
   Hit hit;

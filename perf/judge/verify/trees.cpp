@@ -76,9 +76,7 @@ void run(Task& task) {
   oracle::World world;
   world.members.push_back(random_member(task));
   const oracle::Member& member = world.members[0];
-  EngineDesc desc;
-  desc.isa = task.subject->kernels->isa;
-  const oracle::EnginePtr engine = oracle::make_engine_for(world, desc);
+  const oracle::EnginePtr engine = oracle::make_engine_for(world, {.isa = task.subject->kernels->isa});
   const auto below = leaves_below(*engine, member.rig);
   const std::uint32_t nodes = member.rig.node_count();
   std::vector<std::uint32_t> instances;

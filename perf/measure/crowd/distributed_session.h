@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "perf/base/crowd_session.h"
 #include "perf/measure/crowd/options.h"
 #include "perf/measure/crowd/rank_share.h"
 #include "perf/measure/crowd/ranks.h"
@@ -55,10 +56,7 @@ class DistributedSession {
     for (std::size_t g = 0; g < batches_.size(); ++g) {
       mpi::RankInput& one = inputs.emplace_back();
       one.numbers = share.numbers(g);
-      one.input.batch = batches_[g];
-      one.input.poses.data = share.posed(g).poses.data();
-      one.input.origins = share.posed(g).origins;
-      one.input.orientations = share.posed(g).orientations;
+      one.input = input_of(share.posed(g), batches_[g]);
     }
     if (level_) inputs.emplace_back().input.batch = *level_;
     mpi::DistributedJob job;

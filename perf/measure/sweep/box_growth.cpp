@@ -2,6 +2,7 @@
 
 #include <cab/cab.h>
 
+#include "perf/base/engine_session.h"
 #include "perf/harness/world.h"
 #include "perf/judge/oracle/rotation_limit.h"
 
@@ -19,9 +20,7 @@ struct FigureBoxes {
 
 FigureBoxes boxes_of(const PosedFigure& posed, const Policies& policies) {
   const oracle::EnginePtr engine = oracle::make_engine();
-  const scenes::ArticulationStorage storage(posed.figure);
-  ArticulationId id;
-  oracle::require(add_articulation(*engine, storage.desc(), &id));
+  const ArticulationId id = add_character(*engine, posed.figure);
   FigureBoxes out;
   oracle::require(articulation_info(*engine, id, &out.info));
   out.steps.resize(out.info.leaf_count - 1);

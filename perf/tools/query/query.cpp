@@ -293,9 +293,7 @@ int query_command(const QueryOptions& options) {
   check(options);
   OutputFile out(options.out_path), json(options.json_path);
   AskedQueries asked = read_all(options);
-  EngineDesc desc;
-  desc.isa = options.isa;
-  desc.thread_count = options.thread_count;
+  const EngineDesc desc = {.isa = options.isa, .thread_count = options.thread_count};
   const auto room = static_cast<std::uint32_t>(
       std::min<std::size_t>(std::max<std::size_t>(asked.queries.size(), options.random_count), kQueryRoom));
   if (!options.scene.empty()) {

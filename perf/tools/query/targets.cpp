@@ -33,13 +33,7 @@ Targets::Targets(const scenes::Crowd& crowd, const EngineDesc& desc, std::uint32
 }
 
 void Targets::add(const std::string& name, const scenes::Character& figure, std::uint32_t count) {
-  const scenes::ArticulationStorage storage(figure);
-  BatchDesc batch;
-  batch.instance_count = count;
-  std::uint32_t bad_element = 0;
-  const Status status = add_articulation(*engine_, storage.desc(), &batch.articulation, &bad_element);
-  require(status, name + ": element " + std::to_string(bad_element));
-  require(add_batch(*engine_, batch, &inputs_.emplace_back().batch), name);
+  require(add_batch(*engine_, {add_character(*engine_, figure), count}, &inputs_.emplace_back().batch), name);
   groups_.push_back({name, &figure, count});
 }
 
@@ -47,20 +41,8 @@ void Targets::pose(std::uint32_t frame) {
   if (crowd_) scenes::pose_crowd(*crowd_, frame / kCrowdFramesPerSecond, posed_);
   for (std::size_t g = 0; g < groups_.size(); ++g) {
     if (!groups_[g].figure) continue;
-    BatchInput& input = inputs_[g];
-    if (crowd_) {
-      const scenes::PosedGroup& posed = posed_[g];
-      input.poses.data = posed.poses.data();
-      input.origins = posed.origins;
-      input.orientations = posed.orientations;
-      continue;
-    }
-    const scenes::Character& character = scene_->characters[g];
-    const std::size_t at = character.is_static ? 0 : frame;
-    const std::size_t pose_floats = character.link_parents.size() * cab::pose_floats(character.pose_format);
-    input.poses.format = character.pose_format;
-    input.poses.data = character.poses.data() + at * pose_floats;
-    if (!character.origins.empty()) input.origins = {character.origins.data() + at * 3, 3};
+    const BatchId batch = inputs_[g].batch;
+    inputs_[g] = crowd_ ? input_of(posed_[g], batch) : input_of(scene_->characters[g], batch, {frame, frame + 1});
   }
 }
 

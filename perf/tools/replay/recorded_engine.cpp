@@ -21,10 +21,7 @@ class RecordedEngine {
  public:
   RecordedEngine(const RecordSettings& settings, double seconds_per_frame)
       : settings_(settings), place_(settings.path) {
-    EngineDesc desc;
-    desc.isa = settings.isa;
-    desc.thread_count = settings.thread_count;
-    engine_ = make_engine(desc);
+    engine_ = make_engine({.isa = settings.isa, .thread_count = settings.thread_count});
     record::RecorderOptions options;
     options.title = settings.title.c_str();
     options.seconds_per_frame = seconds_per_frame;
@@ -56,7 +53,7 @@ class RecordedEngine {
     return id;
   }
 
-  void pair(BatchId a, BatchId b, Pairing pairing) { rules_.push_back({a, b, pairing}); }
+  void add_rule(const PairRule& rule) { rules_.push_back(rule); }
 
   // Runs a frame and writes it. flags of inputs are filled here.
   void run(std::vector<BatchInput>& inputs, const std::vector<std::size_t>& counts, double time) {
@@ -122,14 +119,7 @@ RecordTotals record_scene(const scenes::Scene& scene, FrameRange frames, bool wi
     const scenes::ArticulationStorage storage(character);
     batches.push_back(engine.add(character, storage.desc(), 1));
   }
-  const auto is_static = [&](std::size_t c) { return scene.characters[c].is_static; };
-  for (std::size_t a = 0; a < batches.size(); ++a) {
-    if (within && !is_static(a)) engine.pair(batches[a], batches[a], Pairing::kWithin);
-    for (std::size_t b = a + 1; scene.pairs.empty() && b < batches.size(); ++b)
-      if (!is_static(a) || !is_static(b)) engine.pair(batches[a], batches[b], Pairing::kBetween);
-  }
-  for (const scenes::CharacterPair& pair : scene.pairs)
-    engine.pair(batches[pair.a], batches[pair.b], Pairing::kBetween);
+  for (const PairRule& rule : rules_of(scene, batches, within)) engine.add_rule(rule);
 
   const std::vector<std::size_t> counts(batches.size(), 1);
   std::vector<std::vector<float>> poses(batches.size());
@@ -137,15 +127,11 @@ RecordTotals record_scene(const scenes::Scene& scene, FrameRange frames, bool wi
     std::vector<BatchInput> inputs(batches.size());
     for (std::size_t c = 0; c < batches.size(); ++c) {
       const scenes::Character& character = scene.characters[c];
-      const std::size_t at = is_static(c) ? 0 : f;
-      const std::size_t floats = character.link_parents.size() * pose_floats(character.pose_format);
-      poses[c].assign(character.poses.begin() + static_cast<std::ptrdiff_t>(at * floats),
-                      character.poses.begin() + static_cast<std::ptrdiff_t>((at + 1) * floats));
+      inputs[c] = input_of(character, batches[c], {f, f + 1});
+      const auto* const given = static_cast<const float*>(inputs[c].poses.data);
+      poses[c].assign(given, given + character.link_parents.size() * pose_floats(character.pose_format));
       engine.round(poses[c]);
-      inputs[c].batch = batches[c];
-      inputs[c].poses.format = character.pose_format;
       inputs[c].poses.data = poses[c].data();
-      if (!character.origins.empty()) inputs[c].origins = {character.origins.data() + at * 3, 3};
     }
     engine.run(inputs, counts, f * scene.frame_seconds);
     on_frame();
@@ -162,11 +148,11 @@ RecordTotals record_crowd(const scenes::Crowd& crowd, std::uint32_t frame_count,
     const scenes::ArticulationStorage storage(group.figure);
     batches.push_back(engine.add(group.figure, storage.desc(), group.count));
     counts.push_back(group.count);
-    for (const BatchId other : batches) engine.pair(other, batches.back(), Pairing::kBetween);
+    for (const BatchId other : batches) engine.add_rule({other, batches.back()});
   }
   if (crowd.level.count() > 0) {
     const BatchId level = engine.add(crowd.level.desc(), "level");
-    for (const BatchId other : batches) engine.pair(other, level, Pairing::kBetween);
+    for (const BatchId other : batches) engine.add_rule({other, level});
     batches.push_back(level);
     counts.push_back(crowd.level.count());
   }
@@ -174,14 +160,11 @@ RecordTotals record_crowd(const scenes::Crowd& crowd, std::uint32_t frame_count,
   for (std::uint32_t f = 0; f < frame_count; ++f) {
     scenes::pose_crowd(crowd, f / kCrowdFramesPerSecond, posed);
     std::vector<BatchInput> inputs(batches.size());
-    for (std::size_t b = 0; b < batches.size(); ++b) {
-      inputs[b].batch = batches[b];
-      if (b >= posed.size()) continue;
-      engine.round(posed[b].poses);
-      inputs[b].poses.data = posed[b].poses.data();
-      inputs[b].origins = posed[b].origins;
-      inputs[b].orientations = posed[b].orientations;
+    for (std::size_t g = 0; g < posed.size(); ++g) {
+      engine.round(posed[g].poses);
+      inputs[g] = input_of(posed[g], batches[g]);
     }
+    inputs.back().batch = batches.back();  // the level's, if there is one
     engine.run(inputs, counts, f / kCrowdFramesPerSecond);
     on_frame();
   }

@@ -70,11 +70,9 @@ std::string first_difference(const record::Recording& recording, const record::R
 
 ReplayResult replay(record::Recording& recording, const ReplayOptions& options, Isa isa) {
   ReplayResult result;
-  EngineDesc desc;
-  desc.isa = isa;
-  desc.thread_count = options.thread_count;
   record::Player player;
-  if (!player.open(recording, desc)) throw std::runtime_error(options.file + ": " + player.error());
+  if (!player.open(recording, {.isa = isa, .thread_count = options.thread_count}))
+    throw std::runtime_error(options.file + ": " + player.error());
   result.isa = engine_isa(*player.engine());
   ProgressBar bar(to_string(result.isa), recording.frame_count());
   record::RecordedFrame frame;
