@@ -168,88 +168,78 @@ Sums resume(const VerifyOptions& options, Isa isa) {
 
 // ------------------------------------------------------------------------------------------ tables
 
-std::string number_or_dash(double value, int decimals) { return value > -1e299 ? fixed(value, decimals) : "-"; }
+// A column of a table: a count, or else a value, times a factor and with so many decimals.
+struct Column {
+  const char* title;
+  std::uint64_t Tally::*count;
+  double Tally::*value = nullptr;
+  int decimals = 0;
+  double factor = 1;
+};
 
-std::vector<std::string> heading(const VerifyPart& part, const std::string& first) {
-  switch (part.columns) {
+constexpr Column kViolations = {"violations", &Tally::violations}, kDiffering = {"differing", &Tally::differing},
+                 kExcess = {"worst excess", nullptr, &Tally::excess, 2}, kAxes = {"axes, u", nullptr, &Tally::axes, 1},
+                 kToFind = {"to find", &Tally::touching}, kHits = {"hits", &Tally::hits},
+                 kLost = {"lost", &Tally::lost}, kExtra = {"extra", &Tally::false_positives},
+                 kTouching = {"touching", &Tally::touching};
+
+// Those between what was judged and the seconds.
+std::vector<Column> columns_of(Columns columns) {
+  switch (columns) {
     case Columns::kMerges:
-      return {first, part.judged, "violations", "worst excess", "rounding", "of padding", "used %", "axes, u", "s"};
-    case Columns::kBoxes: return {first, part.judged, "violations", "worst excess", "axes, u", "s"};
+      return {kViolations,
+              kExcess,
+              {"rounding", nullptr, &Tally::rounding, 2},
+              {"of padding", nullptr, &Tally::padding, 2},
+              {"used %", nullptr, &Tally::share, 1, 100},
+              kAxes};
+    case Columns::kBoxes: return {kViolations, kExcess, kAxes};
     case Columns::kShapes:
-      return {first,     part.judged, "touching", "undecided", "in double", "false apart", "false touching",
-              "wide as", "differing", "contacts", "over 1 %",  "over 10 %", "violations",  "s"};
+      return {kTouching,
+              {"undecided", &Tally::undecided},
+              {"in double", &Tally::still_undecided},
+              {"false apart", &Tally::false_apart},
+              {"false touching", &Tally::false_positives},
+              {"wide as", nullptr, &Tally::widest_gap, 3},
+              kDiffering,
+              {"contacts", &Tally::contacts},
+              {"over 1 %", &Tally::above_1},
+              {"over 10 %", &Tally::above_10},
+              kViolations};
     case Columns::kQueries:
-      return {first, part.judged, "to find", "hits", "lost", "extra", "off, u", "differing", "violations", "s"};
+      return {kToFind, kHits, kLost, kExtra, {"off, u", nullptr, &Tally::off, 2}, kDiffering, kViolations};
     case Columns::kRays:
-      return {first,  part.judged, "pairs",     "in long double", "to find", "hits",
-              "lost", "extra",     "differing", "violations",     "s"};
+      return {{"pairs", &Tally::pairs},
+              {"in long double", &Tally::undecided},
+              kToFind,
+              kHits,
+              kLost,
+              kExtra,
+              kDiffering,
+              kViolations};
     case Columns::kPairs: break;
   }
-  return {first, part.judged, "touching", "misses", "false positives", "differing", "s"};
+  return {kTouching, {"misses", &Tally::violations}, {"false positives", &Tally::false_positives}, kDiffering};
+}
+
+std::vector<std::string> heading(const VerifyPart& part, const std::string& first) {
+  std::vector<std::string> cells = {first, part.judged};
+  for (const Column& column : columns_of(part.columns)) cells.emplace_back(column.title);
+  cells.emplace_back("s");
+  return cells;
 }
 
 std::vector<std::string> line(const VerifyPart& part, const std::string& name, const Tally& row,
                               const std::string& seconds) {
-  const std::string judged = std::to_string(row.judged), violations = std::to_string(row.violations);
-  switch (part.columns) {
-    case Columns::kMerges:
-      return {name,
-              judged,
-              violations,
-              number_or_dash(row.excess, 2),
-              fixed(row.rounding, 2),
-              fixed(row.padding, 2),
-              number_or_dash(100 * row.share, 1),
-              fixed(row.axes, 1),
-              seconds};
-    case Columns::kBoxes: return {name, judged, violations, number_or_dash(row.excess, 2), fixed(row.axes, 1), seconds};
-    case Columns::kShapes:
-      return {name,
-              judged,
-              std::to_string(row.touching),
-              std::to_string(row.undecided),
-              std::to_string(row.still_undecided),
-              std::to_string(row.false_apart),
-              std::to_string(row.false_positives),
-              fixed(row.widest_gap, 3),
-              std::to_string(row.differing),
-              std::to_string(row.contacts),
-              std::to_string(row.above_1),
-              std::to_string(row.above_10),
-              violations,
-              seconds};
-    case Columns::kQueries:
-      return {name,
-              judged,
-              std::to_string(row.touching),
-              std::to_string(row.hits),
-              std::to_string(row.lost),
-              std::to_string(row.false_positives),
-              fixed(row.off, 2),
-              std::to_string(row.differing),
-              violations,
-              seconds};
-    case Columns::kRays:
-      return {name,
-              judged,
-              std::to_string(row.pairs),
-              std::to_string(row.undecided),
-              std::to_string(row.touching),
-              std::to_string(row.hits),
-              std::to_string(row.lost),
-              std::to_string(row.false_positives),
-              std::to_string(row.differing),
-              violations,
-              seconds};
-    case Columns::kPairs: break;
+  std::vector<std::string> cells = {name, std::to_string(row.judged)};
+  for (const Column& column : columns_of(part.columns)) {
+    const double value = column.value != nullptr ? column.factor * row.*column.value : 0;
+    cells.push_back(column.count != nullptr ? std::to_string(row.*column.count)
+                    : value > -1e299        ? fixed(value, column.decimals)
+                                            : "-");
   }
-  return {name,
-          judged,
-          std::to_string(row.touching),
-          violations,
-          std::to_string(row.false_positives),
-          std::to_string(row.differing),
-          seconds};
+  cells.push_back(seconds);
+  return cells;
 }
 
 void print_part(const VerifyPart& part, const PartSums& sums, std::ostream& out) {
