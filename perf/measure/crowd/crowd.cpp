@@ -341,63 +341,6 @@ void print_table(const CrowdOptions& options, const CrowdRun& run) {
             << "\nsum over all frames' hits: " << hex(run.hits_sum) << '\n';
 }
 
-// A part of a phase: its time, and what it is done for.
-struct Part {
-  const char* phase;
-  const char* name;
-  double FrameStats::*seconds;  // null: what the other part leaves of the phase
-  const char* cause;
-  std::uint64_t FrameStats::*count;  // of causes; null: characters, or hits in the phase "query"
-};
-constexpr Part kParts[] = {
-    {"update", "posing for bounds", &FrameStats::seconds_bound, "character", nullptr},
-    {"update", "posing for tests", nullptr, "character posed again", &FrameStats::instances_posed},
-    {"broad phase", "sort", &FrameStats::seconds_sort, "character", nullptr},
-    {"broad phase", "search", nullptr, "candidate", &FrameStats::candidates},
-    {"test", "leaf bounds", &FrameStats::seconds_filter, "candidate", &FrameStats::candidates},
-    {"test", "boxes", nullptr, "box test", &FrameStats::box_tests},
-    {"query", "exact tests, groups", nullptr, "leaf pair", &FrameStats::leaf_pairs},
-    {"query", "hits in order", &FrameStats::seconds_write, "hit", nullptr},
-};
-
-// Seconds of a part per frame, the median of the rounds.
-double part_seconds(const CrowdOptions& options, const CrowdRun& run, const Part& part) {
-  const std::string phase_name = part.phase;
-  const Phase& phase = *std::find_if(std::begin(kPhases), std::end(kPhases),
-                                     [&](const Phase& other) { return other.name == phase_name; });
-  const Part& timed = *std::find_if(std::begin(kParts), std::end(kParts),
-                                    [&](const Part& other) { return other.seconds && other.phase == phase_name; });
-  std::vector<double> values;
-  for (const FrameStats& round : run.rounds) {
-    const double own = round.*timed.seconds;
-    values.push_back((part.seconds ? own : round.*phase.seconds - own) / options.frame_count);
-  }
-  return median(std::move(values));
-}
-
-// Prints where the nanoseconds go, by part of a phase and by cause. With several threads they are summed over these.
-void print_profile(const CrowdOptions& options, const CrowdRun& run) {
-  TextTable table;
-  table.add_row({"phase", "part", "ns per character", "cause", "per character", "ns each"});
-  for (const Part& part : kParts) {
-    const bool writes = part.phase == std::string("query");
-    const double count = part.count ? per_frame(options, run.stats.*part.count)
-                         : writes   ? per_frame(options, run.hits)
-                                    : run.character_count;
-    const double seconds = part_seconds(options, run, part);
-    table.add_row({part.phase, part.name, fixed(1e9 * per_character(run, seconds), 1), part.cause,
-                   fixed(per_character(run, count), 3), count > 0 ? fixed(1e9 * seconds / count, 1) : "-"});
-  }
-  std::cout << '\n';
-  table.print(std::cout);
-  if (run.stats.candidates > 0)
-    std::cout << "of the candidates "
-              << fixed(100.0 * static_cast<double>(run.stats.candidates_apart) /
-                           static_cast<double>(run.stats.candidates),
-                       1)
-              << " % have no two leaves with overlapping bounds\n";
-}
-
 // Every figure by its key; the CSV file has the same keys in the same order.
 Json to_json(const CrowdOptions& options, const CrowdRun& run) {
   Json json;
@@ -564,7 +507,6 @@ int crowd_command(const CrowdOptions& options) {
     run.most_leaves = std::max(run.most_leaves, group.figure.leaves.size());
   }
   print_table(options, run);
-  if (options.profile) print_profile(options, run);
   const Json figures = to_json(options, run);
   write_json(json, figures);
   write_csv(csv, {figures});

@@ -103,7 +103,6 @@ Command add_crowd(CLI::App& app) {
   add_options_of_scenes(command, o);
   add_policies(command, o.policies);
   command.add_flag("--in-contact", o.in_contact, "report which characters touch anything, instead of hits");
-  command.add_flag("--profile", o.profile, "print where the time goes: the parts of each phase, and what causes them");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   CLI::Option* mpi = command.add_flag("--mpi", o.mpi, "share the crowd between the ranks of `mpirun -n RANKS cab ...`");
@@ -115,8 +114,7 @@ Command add_crowd(CLI::App& app) {
              "--mpi: frames after which hits are safe on disk, and the crowd is cut anew (default 32)", 1,
              kMaxCrowdFrames)
       ->needs(mpi);
-  for (const char* const option :
-       {"--rounds", "--spatial-order", "--sweep", "--coarse", "--in-contact", "--at-rest", "--profile"})
+  for (const char* const option : {"--rounds", "--spatial-order", "--sweep", "--coarse", "--in-contact", "--at-rest"})
     mpi->excludes(command.get_option(option));
   add_json(command, o.json_path, "write the table as JSON");
   add_csv(command, o.csv_path, "write the table as one line of CSV under a header");

@@ -39,7 +39,6 @@ struct CrowdOptions {
   std::optional<scenes::LevelKind> level;
   std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
   bool in_contact = false;        // ask only which characters touch anything
-  bool profile = false;           // print where the time goes within the phases
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   bool mpi = false;                // all ranks of an MPI program share the crowd
