@@ -3,8 +3,9 @@ import type {
   Articulation as Body, ArticulationDesc, ConvexPart, LodDesc, Poses as PosesDesc, StaticDesc,
 } from 'cab-collision';
 import {RecordingError} from '../recording/error.js';
-import {FLOATS_PER_POSE} from '../recording/poses.js';
-import type {Articulation, Input, Part, Poses, Recording, StaticBodies} from '../recording/types.js';
+import {
+  type Articulation, FLOATS_PER_POSE, type Input, type Part, type Poses, type Recording, type StaticBodies,
+} from '../recording/types.js';
 
 /** Frames, evenly over the recording, whose poses say how far joints are from their links. */
 const FRAMES_FOR_REACH = 16;

@@ -1,7 +1,7 @@
 // Runs frames of a recording again, as they were recorded or as a dial says.
 import {load} from 'cab-collision';
 import type {Cab, Isa} from 'cab-collision';
-import {WORDS_PER_HIT} from '../recording/frames.js';
+import {WORDS_PER_HIT} from '../recording/types.js';
 import type {Frame, Recording} from '../recording/types.js';
 import {choose, chooseForFalsePositives} from './choice.js';
 import type {Choice} from './choice.js';

@@ -12,9 +12,9 @@ import {createEngine} from '../engine/engine.js';
 import {Fnv1a} from '../engine/fnv1a.js';
 import type {EngineInPage, RunResult} from '../engine/types.js';
 import {RecordingError} from '../recording/error.js';
-import {WORDS_PER_CONTACT, WORDS_PER_HIT} from '../recording/frames.js';
 import {readRecording} from '../recording/reader.js';
-import type {Frame, Recording} from '../recording/types.js';
+import {type Frame, type Recording, WORDS_PER_CONTACT, WORDS_PER_HIT} from '../recording/types.js';
+import {firstDifference} from '../ui/dial_state.js';
 
 const MODULES: Record<string, string> = {scalar: 'cab_scalar.wasm', wasm128: 'cab_simd.wasm'};
 
@@ -64,16 +64,16 @@ const hitInWords = (hits: Uint32Array, at: number): string => {
 };
 
 // The first hit that differs, or whose contact does.
-function firstDifference(frame: Frame, result: RunResult): string {
-  const at = firstDifferentEntry(frame.hits, result.hits, WORDS_PER_HIT);
-  if (at !== null) {
+function describeDifference(frame: Frame, result: RunResult): string {
+  const at = firstDifference(frame.hits, result.hits);
+  if (at >= 0) {
     const side = (hits: Uint32Array): string =>
         at * WORDS_PER_HIT < hits.length ? hitInWords(hits, at * WORDS_PER_HIT) : 'none';
     return `hit ${at} was ${side(frame.hits)}, and is ${side(result.hits)}`;
   }
   const recorded = wordsOf(frame.contacts), own = wordsOf(result.contacts);
-  const contact = firstDifferentEntry(recorded, own, WORDS_PER_CONTACT);
-  if (contact === null) return 'the recorded hash is not that of the recorded hits';
+  const contact = firstDifference(recorded, own, WORDS_PER_CONTACT);
+  if (contact < 0) return 'the recorded hash is not that of the recorded hits';
   const floats = (list: Float32Array | null): string =>
       list === null ? 'none' :
                       list.subarray(contact * WORDS_PER_CONTACT, (contact + 1) * WORDS_PER_CONTACT - 1).join(' ');
@@ -83,14 +83,6 @@ function firstDifference(frame: Frame, result: RunResult): string {
 
 const wordsOf = (floats: Float32Array | null): Uint32Array =>
     floats === null ? new Uint32Array(0) : new Uint32Array(floats.buffer, floats.byteOffset, floats.length);
-
-function firstDifferentEntry(a: Uint32Array, b: Uint32Array, words: number): number | null {
-  const length = Math.max(a.length, b.length);
-  for (let at = 0; at < length; ++at) {
-    if (a[at] !== b[at]) return Math.floor(at / words);
-  }
-  return null;
-}
 
 interface Tally {
   frames: number;
@@ -120,7 +112,7 @@ function replay(recording: Recording, engine: EngineInPage): Tally {
       if (tally.notCompared++ === 0) console.error(`frame ${index} is not compared: ${result.notes.join(' ')}`);
     } else if (result.hash !== frame.hash && tally.differ++ === 0) {
       console.error(`frame ${index} differs: its hash was ${inHex(frame.hash)}, and is ${inHex(result.hash)}: ` +
-                    firstDifference(frame, result));
+                    describeDifference(frame, result));
     }
   }
   return tally;

@@ -5,10 +5,10 @@ import type {
 import type {Definitions} from './definitions.js';
 import type {Payload} from './payload.js';
 import {readPoses} from './poses.js';
-import type {Batch, Frame, Input, Poses, Rule, Settings, Stats} from './types.js';
-
-export const WORDS_PER_HIT = 6;
-export const WORDS_PER_CONTACT = 11;
+import {
+  type Batch, type Frame, type Input, type Poses, type Rule, type Settings, type Stats, WORDS_PER_CONTACT,
+  WORDS_PER_HIT,
+} from './types.js';
 
 const PAIRINGS: readonly Rule['pairing'][] = ['between', 'within'];
 const REPORTS: readonly (Settings['report'] | undefined)[] = ['hits', undefined, 'distances'];

@@ -1,12 +1,9 @@
 // Poses as floats, also those that are rounded to 16 bits.
 import type {Poses as PosesTable} from 'recording-format';
 import type {Payload} from './payload.js';
-import type {PoseFormat, Poses} from './types.js';
+import {FLOATS_PER_POSE, type PoseFormat, type Poses} from './types.js';
 
 const FORMATS: readonly PoseFormat[] = ['quaternion_translation', 'matrix3x4_rows', 'matrix4x4_columns'];
-/** Floats per pose. */
-export const FLOATS_PER_POSE: Record<PoseFormat, number> =
-    {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 const QUATERNION_STEPS = 32767;
 
 /** How many poses there may be. */

@@ -153,6 +153,13 @@ export interface Stats {
   secondsTotal: number;
 }
 
+export const WORDS_PER_HIT = 6;
+export const WORDS_PER_CONTACT = 11;
+
+/** Floats per pose. */
+export const FLOATS_PER_POSE: Record<PoseFormat, number> =
+    {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
+
 export interface Frame {
   index: number;
   /** Seconds. */

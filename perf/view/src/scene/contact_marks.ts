@@ -1,8 +1,8 @@
 // The contacts of a frame: both points, and the normal as an arrow from a to b.
 import * as THREE from 'three';
+import {WORDS_PER_CONTACT} from '../recording/types.js';
 import {COLORS} from './colors.js';
 import {unitArrow, unitBall} from './geometries.js';
-import {FLOATS_OF_CONTACT} from './hits.js';
 import {COPY, Instances, PATTERN} from './instances.js';
 import {ROWS} from './transforms.js';
 
@@ -29,7 +29,7 @@ export class ContactMarks {
     const origin = new Float32Array(3);
     for (const [drawn, hit] of hits.entries()) {
       originOf(hit, origin);
-      const at = hit * FLOATS_OF_CONTACT;
+      const at = hit * WORDS_PER_CONTACT;
       const size = sizeOf(hit);
       writeArrow(contacts, at, origin, size, this.#arrows.data, drawn * COPY);
       this.#arrows.setPaint(drawn, COLORS.contact, PATTERN.plain);

@@ -1,6 +1,5 @@
 // Words of hits and floats of contacts, as recordings have them, by name.
-export const WORDS_OF_HIT = 6;
-export const FLOATS_OF_CONTACT = 11;
+import {WORDS_PER_CONTACT, WORDS_PER_HIT} from '../recording/types.js';
 
 export interface Hit {
   slotA: number;
@@ -11,10 +10,10 @@ export interface Hit {
   linkB: number;
 }
 
-export const hitCount = (words: Uint32Array): number => words.length / WORDS_OF_HIT;
+export const hitCount = (words: Uint32Array): number => words.length / WORDS_PER_HIT;
 
 export function hitAt(words: Uint32Array, i: number): Hit {
-  const at = i * WORDS_OF_HIT;
+  const at = i * WORDS_PER_HIT;
   const links = words[at + 4]!;
   return {
     slotA: words[at]!,
@@ -26,7 +25,7 @@ export function hitAt(words: Uint32Array, i: number): Hit {
   };
 }
 
-export const depthAt = (contacts: Float32Array, i: number): number => contacts[i * FLOATS_OF_CONTACT + 3]!;
+export const depthAt = (contacts: Float32Array, i: number): number => contacts[i * WORDS_PER_CONTACT + 3]!;
 
 /** Whether two hits are of the same two links. */
 export const isSamePair = (a: Hit, b: Hit): boolean =>

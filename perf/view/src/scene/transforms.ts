@@ -1,10 +1,8 @@
 // Affine transforms as 12 floats: three rows of four, the translation in the last column. They are written into long
 // arrays, so that a frame with thousands of characters allocates nothing.
-import type {Input, Poses} from '../recording/types.js';
+import {FLOATS_PER_POSE, type Input, type Poses} from '../recording/types.js';
 
 export const ROWS = 12;
-
-const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16} as const;
 
 /** Writes the rotation of the quaternion at `from`, times a factor, into the first three columns at `at`. */
 export function writeRotation(q: ArrayLike<number>, from: number, factor: number, out: Float32Array, at: number): void {
@@ -91,7 +89,7 @@ function placeInstance(input: Input, i: number, center: Float64Array): void {
 function placeLinksOf(input: Input, poses: Poses, i: number, linkCount: number, center: Float64Array,
                       out: Float32Array): void {
   placeInstance(input, i, center);
-  const floats = FLOATS_OF_POSE[poses.format];
+  const floats = FLOATS_PER_POSE[poses.format];
   for (let link = 0; link < linkCount; ++link) {
     const index = i * linkCount + link;
     writePose(poses, index * floats, poseRows);
@@ -109,7 +107,7 @@ export function placeLinks(input: Input, linkCount: number, center: Float64Array
   present.fill(0);
   out.fill(0);
   if (!poses) return;
-  const floats = FLOATS_OF_POSE[poses.format] * linkCount;
+  const floats = FLOATS_PER_POSE[poses.format] * linkCount;
   const count = Math.min(input.count, present.length, Math.floor(poses.values.length / floats));
   const place = (i: number): void => {
     if (i >= count) return;

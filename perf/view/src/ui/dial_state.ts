@@ -1,7 +1,7 @@
 // What the dial is set to, and what comes of it.
 import type {Dial, RunResult} from '../engine/types.js';
-import type {Frame} from '../recording/types.js';
-import {hitCount, WORDS_OF_HIT} from '../scene/hits.js';
+import {type Frame, WORDS_PER_HIT} from '../recording/types.js';
+import {hitCount} from '../scene/hits.js';
 
 export const isAsRecorded = (dial: Dial): boolean => Object.values(dial).every((value) => value === undefined);
 
@@ -49,17 +49,17 @@ export function verdictOf(frame: Frame, result: RunResult, dial: Dial): Verdict 
 function keysOf(words: Uint32Array): Set<string> {
   const keys = new Set<string>();
   for (let i = 0; i < hitCount(words); ++i) {
-    const at = i * WORDS_OF_HIT;
+    const at = i * WORDS_PER_HIT;
     keys.add(words.subarray(at, at + 5).join(' '));
   }
   return keys;
 }
 
-/** The first hit that two lists do not share, as an index; -1 if only contacts differ. */
-export function firstDifference(a: Uint32Array, b: Uint32Array): number {
+/** The first entry of so many words that two lists do not share, as an index; -1: they share all. */
+export function firstDifference(a: Uint32Array, b: Uint32Array, words = WORDS_PER_HIT): number {
   const most = Math.max(a.length, b.length);
   for (let i = 0; i < most; ++i) {
-    if (a[i] !== b[i]) return Math.floor(i / WORDS_OF_HIT);
+    if (a[i] !== b[i]) return Math.floor(i / words);
   }
   return -1;
 }

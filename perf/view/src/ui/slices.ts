@@ -9,16 +9,14 @@ export interface Progress {
   secondsLeft: number;
 }
 
-/**
- * Calls `work` for 0 to `of` - 1. Between slices the page draws and answers. `work` may answer false to stop. Returns
- * how many calls were made.
- */
-export async function inSlices(of: number, work: (index: number) => boolean | void,
-                               onProgress: (progress: Progress) => void, signal: AbortSignal): Promise<number> {
+/** Calls `work` for 0 to `of` - 1, unless it is stopped. Between slices the page draws and answers. */
+export async function inSlices(of: number, work: (index: number) => void, onProgress: (progress: Progress) => void,
+                               signal: AbortSignal): Promise<void> {
   const began = performance.now();
   let sliceBegan = began;
   for (let index = 0; index < of; ++index) {
-    if (signal.aborted || work(index) === false) return index;
+    if (signal.aborted) return;
+    work(index);
     const now = performance.now();
     if (now - sliceBegan < SLICE_MS) continue;
     const done = index + 1;
@@ -27,5 +25,4 @@ export async function inSlices(of: number, work: (index: number) => boolean | vo
     sliceBegan = performance.now();
   }
   onProgress({done: of, of, secondsLeft: 0});
-  return of;
 }
