@@ -1,11 +1,10 @@
 // Builds the viewer page, cab_view.html, and bundles node programs of tests.
 //
-//   node build.mjs --package DIR --work DIR [--out DIR] [--flatc PROGRAM] [--program FILE.ts ...] [--no-page]
+//   node build.mjs --package DIR --work DIR [--program FILE.ts ...] [--no-page]
 //
 //   --package  the built npm package of the engine: index.js, abi.js, cab_simd.wasm, cab_scalar.wasm
-//   --work     where packages are installed, code is generated and bundles are made. It may be kept between builds
-//   --out      where cab_view.html is written. Default: the folder of --work
-//   --flatc    the compiler of FlatBuffers. Default: flatc
+//   --work     where packages are installed, code is generated, bundles are made and cab_view.html is written. It may be
+//              kept between builds
 //   --program  a node program to check and to bundle, into WORK/programs/FILE.mjs
 //   --no-page  makes the programs alone
 //
@@ -34,8 +33,6 @@ function readOptions() {
     options: {
       package: {type: 'string'},
       work: {type: 'string'},
-      out: {type: 'string'},
-      flatc: {type: 'string', default: 'flatc'},
       program: {type: 'string', multiple: true, default: []},
       'no-page': {type: 'boolean', default: false},
     },
@@ -43,12 +40,9 @@ function readOptions() {
   for (const name of ['package', 'work']) {
     if (values[name] === undefined) throw new Error(`--${name} DIR is missing`);
   }
-  const work = resolve(values.work);
   return {
     package: resolve(values.package),
-    work,
-    out: values.out === undefined ? work : resolve(values.out),
-    flatc: values.flatc,
+    work: resolve(values.work),
     programs: values.program.map((file) => resolve(file)),
     page: !values['no-page'],
   };
@@ -88,10 +82,10 @@ function linkSources({work, package: enginePackage}) {
   link(enginePackage, join(work, 'engine_package'));
 }
 
-function generateFormat({work, flatc}) {
+function generateFormat({work}) {
   const generated = join(work, 'generated');
   rmSync(generated, {recursive: true, force: true});
-  run(flatc, ['--ts', '-o', generated, join(root, 'engine/record/recording.fbs')]);
+  run('flatc', ['--ts', '-o', generated, join(root, 'engine/record/recording.fbs')]);
 }
 
 // Two projects, since the page has no node and node has no page.
@@ -167,7 +161,7 @@ function policyOf(script, style) {
 }
 
 function buildPage(options, bundle) {
-  const {work, package: enginePackage, out} = options;
+  const {work, package: enginePackage} = options;
   const built = bundle({
     entryPoints: [join(work, 'perf/view/src/main.ts')],
     outfile: join(work, 'bundle/main.js'),
@@ -201,8 +195,7 @@ function buildPage(options, bundle) {
   if (page.split(DATA_LINE).length !== 2) throw new Error(`page.html must have one line ${DATA_LINE}`);
   const bytes = Buffer.byteLength(page);
   if (bytes > MOST_BYTES) throw new Error(`the page has ${bytes} bytes, more than ${MOST_BYTES}`);
-  mkdirSync(out, {recursive: true});
-  const file = join(out, 'cab_view.html');
+  const file = join(work, 'cab_view.html');
   writeFileSync(file, page);
   console.log(`${file}: ${bytes} bytes`);
 }

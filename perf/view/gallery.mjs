@@ -1,13 +1,12 @@
 // Takes the pictures of docs/gallery.md and README.md from the page, in a browser.
 //
-//   node gallery.mjs --work DIR --browser PROGRAM --recordings DIR --out DIR
+//   node gallery.mjs --work DIR --browser PROGRAM --pages DIR --out DIR
 //
-//   --work        the folder of --work of build.mjs, for puppeteer-core and the page
-//   --recordings  NAME.cab of each picture below; one that is not there is left out
-//   --out         where NAME.png, and the frames FILM-NNN.png of the film, are written
-import {existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+//   --work   the folder of --work of build.mjs, for puppeteer-core
+//   --pages  NAME.html of each picture below, as `cab view NAME.cab` writes it; one that is not there is left out
+//   --out    where NAME.png, and the frames FILM-NNN.png of the film, are written
+import {existsSync, mkdirSync} from 'node:fs';
 import {createRequire} from 'node:module';
-import {tmpdir} from 'node:os';
 import {join, resolve} from 'node:path';
 import {pathToFileURL} from 'node:url';
 import {parseArgs} from 'node:util';
@@ -16,11 +15,11 @@ const {values: options} = parseArgs({
   options: {
     work: {type: 'string'},
     browser: {type: 'string'},
-    recordings: {type: 'string'},
+    pages: {type: 'string'},
     out: {type: 'string'},
   },
 });
-for (const name of ['work', 'browser', 'recordings', 'out']) {
+for (const name of ['work', 'browser', 'pages', 'out']) {
   if (options[name] === undefined) throw new Error(`--${name} is missing`);
 }
 
@@ -40,21 +39,14 @@ const FILM = {
   of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6,
 };
 
-const work = resolve(options.work), out = resolve(options.out);
-const folder = mkdtempSync(join(tmpdir(), 'cab-gallery-'));
-const template = readFileSync(join(work, 'cab_view.html'), 'utf8').split('<!--CAB-DATA-->');
-const puppeteer = createRequire(join(work, 'package.json'))('puppeteer-core');
+const out = resolve(options.out);
+const puppeteer = createRequire(join(resolve(options.work), 'package.json'))('puppeteer-core');
 mkdirSync(out, {recursive: true});
 
-// The page with one recording, as `cab view` writes it. Null if there is no such recording.
-function pageOf(name) {
-  const recording = join(resolve(options.recordings), `${name}.cab`);
-  if (!existsSync(recording)) return null;
-  const file = join(folder, `${name}.html`);
-  const data = readFileSync(recording).toString('base64');
-  writeFileSync(file, `${template[0]}<script type="application/octet-stream" class="cab-recording" ` +
-                      `data-name="${name}.cab">${data}</script>${template[1]}`);
-  return pathToFileURL(file).href;
+// The address of the page with one recording; null if there is none.
+function addressOf(name) {
+  const file = join(resolve(options.pages), `${name}.html`);
+  return existsSync(file) ? pathToFileURL(file).href : null;
 }
 
 async function open(browser, address, frame, {width = 1240, height = 800, scale = 1} = {}) {
@@ -99,9 +91,9 @@ const browser = await puppeteer.launch({
 });
 try {
   for (const picture of PICTURES) {
-    const address = pageOf(picture.of);
+    const address = addressOf(picture.of);
     if (address === null) {
-      console.log(`${picture.name}: left out, there is no ${picture.of}.cab`);
+      console.log(`${picture.name}: left out, there is no ${picture.of}.html`);
       continue;
     }
     const page = await open(browser, address, picture.frame);
@@ -109,7 +101,7 @@ try {
     await (picture.whole ? page : stage).screenshot({path: join(out, `${picture.name}.png`)});
     await page.close();
   }
-  const address = pageOf(FILM.of);
+  const address = addressOf(FILM.of);
   if (address !== null) {
     const page = await open(browser, address, FILM.first, FILM);
     await page.evaluate((frame) => window.cabPage.goTo(frame), FILM.first);
@@ -122,5 +114,4 @@ try {
   }
 } finally {
   await browser.close();
-  rmSync(folder, {recursive: true, force: true});
 }
