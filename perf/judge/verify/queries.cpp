@@ -33,9 +33,8 @@ constexpr Use kUses[] = {
 };
 
 void judge_use(Task& task, std::size_t use, const QueryWorld& made) {
-  const Isa isa = task.subject->kernels->isa;
   QueryAnswer answer;
-  ask_queries(*task.subject, *query_engine(made, isa), made, kUses[use].exact, answer);
+  ask_queries(task, task.subject->kernels->isa, made, kUses[use].exact, answer);
   Tally& tally = task.tallies[use];
   std::size_t begin = 0;
   for (std::size_t q = 0; q < made.about.queries.size(); ++q) {
@@ -50,13 +49,7 @@ void judge_use(Task& task, std::size_t use, const QueryWorld& made) {
     if (!counts.fault.empty()) task.violation(use, counts.fault + "; " + to_text(made.about.queries[q]));
   }
   if (begin != answer.job.hit_count) task.violation(use, "there are hits of no query");
-  for (const Isa other : other_isas(isa)) {
-    QueryAnswer others;
-    ask_queries(*task.subject, *query_engine(made, other), made, kUses[use].exact, others);
-    if (same_answers(answer, others)) continue;
-    ++tally.differing;
-    task.violation(use, std::string(to_string(other)) + " answers otherwise than " + to_string(isa));
-  }
+  compare_isas(task, use, made, kUses[use].exact, answer);
 }
 
 void run(Task& task) {

@@ -17,6 +17,16 @@ constexpr std::uint32_t kMostInstances = 12;
 // How many queries the engine answers in one chunk: there are several chunks.
 constexpr std::uint32_t kQueriesPerChunk = 48;
 
+// Whether two calls have answered the same bits.
+bool same_answers(const QueryAnswer& a, const QueryAnswer& b) {
+  static_assert(offsetof(QueryHit, inside) == 44, "no padding to compare before the last member");
+  const auto same = [](const QueryHit& x, const QueryHit& y) {
+    return std::memcmp(&x, &y, offsetof(QueryHit, inside)) == 0 && x.inside == y.inside;
+  };
+  return a.found == b.found && std::equal(a.hits.data(), a.hits.data() + a.job.hit_count, b.hits.data(),
+                                          b.hits.data() + b.job.hit_count, same);
+}
+
 }  // namespace
 
 QueryWorld::QueryWorld(oracle::Random& random, bool with_shapes) {
@@ -56,15 +66,11 @@ Span<const QueryHit> QueryAnswer::hits_of(std::size_t query, std::size_t& begin)
   return out;
 }
 
-oracle::EnginePtr query_engine(const QueryWorld& made, Isa isa) {
-  oracle::EnginePtr engine = oracle::make_engine_for(made.world, {.isa = isa});
+void ask_queries(const Task& task, Isa isa, const QueryWorld& made, Exact exact, QueryAnswer& out) {
+  const oracle::EnginePtr engine = oracle::make_engine_for(made.world, {.isa = isa});
   ReserveDesc room;
   room.queries = kQueriesPerChunk;
   oracle::require(reserve(*engine, room));
-  return engine;
-}
-
-void ask_queries(const Subject& subject, Engine& engine, const QueryWorld& made, Exact exact, QueryAnswer& out) {
   std::vector<BatchInput> inputs;
   for (std::uint32_t m = 0; m < made.world.members.size(); ++m) {
     const oracle::Member& member = made.world.members[m];
@@ -83,19 +89,22 @@ void ask_queries(const Subject& subject, Engine& engine, const QueryWorld& made,
   for (int attempt = 0; attempt < 2 && status == Status::kHitsOverflow; ++attempt) {
     if (attempt > 0) out.hits.resize(job.hits_needed);
     job.hits = out.hits;
-    status = subject.run_queries(engine, job);
+    status = task.subject->run_queries(*engine, job);
   }
   oracle::require(status);
   job.inputs = {};
 }
 
-bool same_answers(const QueryAnswer& a, const QueryAnswer& b) {
-  static_assert(offsetof(QueryHit, inside) == 44, "no padding to compare before the last member");
-  const auto same = [](const QueryHit& x, const QueryHit& y) {
-    return std::memcmp(&x, &y, offsetof(QueryHit, inside)) == 0 && x.inside == y.inside;
-  };
-  return a.found == b.found && std::equal(a.hits.data(), a.hits.data() + a.job.hit_count, b.hits.data(),
-                                          b.hits.data() + b.job.hit_count, same);
+void compare_isas(Task& task, std::size_t method, const QueryWorld& made, Exact exact, const QueryAnswer& answer) {
+  const Isa isa = task.subject->kernels->isa;
+  for (const Isa other : oracle::available_isas()) {
+    if (other == isa) continue;
+    QueryAnswer others;
+    ask_queries(task, other, made, exact, others);
+    if (same_answers(answer, others)) continue;
+    ++task.tallies[method].differing;
+    task.violation(method, std::string(to_string(other)) + " answers otherwise than " + to_string(isa));
+  }
 }
 
 std::string to_text(const Query& query) {
@@ -113,12 +122,6 @@ std::string to_text(const Query& query) {
   out += ", position " + list(query.position, 3) + " direction " + list(query.direction, 3) + " length " +
          shortest(query.length) + " radius " + shortest(query.radius) + " half " + list(query.half, 3) +
          " orientation " + list(query.orientation, 4) + ", " + std::to_string(query.plane_count) + " planes";
-  return out;
-}
-
-std::vector<Isa> other_isas(Isa isa) {
-  std::vector<Isa> out = oracle::available_isas();
-  out.erase(std::remove(out.begin(), out.end(), isa), out.end());
   return out;
 }
 

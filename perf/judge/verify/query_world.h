@@ -38,19 +38,13 @@ struct QueryAnswer {
   Span<const QueryHit> hits_of(std::size_t query, std::size_t& begin) const;
 };
 
-// An engine that holds the batches of a world.
-oracle::EnginePtr query_engine(const QueryWorld& made, Isa isa);
+// Asks an engine of an instruction set all queries, with room for all hits. Throws if the call is refused.
+void ask_queries(const Task& task, Isa isa, const QueryWorld& made, Exact exact, QueryAnswer& out);
 
-// Asks all queries, with room for all hits. Throws if the call is refused.
-void ask_queries(const Subject& subject, Engine& engine, const QueryWorld& made, Exact exact, QueryAnswer& out);
-
-// Whether two calls have answered the same bits.
-bool same_answers(const QueryAnswer& a, const QueryAnswer& b);
+// Counts a violation of a method for each other instruction set that does not answer with the same bits.
+void compare_isas(Task& task, std::size_t method, const QueryWorld& made, Exact exact, const QueryAnswer& answer);
 
 // A query as text with all digits, so that it can be asked again elsewhere.
 std::string to_text(const Query& query);
-
-// The methods by which answers are compared between instruction sets.
-std::vector<Isa> other_isas(Isa isa);
 
 }  // namespace cab::perf

@@ -14,9 +14,8 @@ constexpr std::uint32_t kRays = 1000;
 constexpr const char* kMethods[] = {"any", "closest", "all"};
 
 void judge_rays(Task& task, std::size_t method, const QueryWorld& made, const oracle::QuickRays& judge) {
-  const Isa isa = task.subject->kernels->isa;
   QueryAnswer answer;
-  ask_queries(*task.subject, *query_engine(made, isa), made, Exact::kNone, answer);
+  ask_queries(task, task.subject->kernels->isa, made, Exact::kNone, answer);
   Tally& tally = task.tallies[method];
   std::size_t begin = 0;
   for (std::size_t q = 0; q < made.about.queries.size(); ++q) {
@@ -32,13 +31,7 @@ void judge_rays(Task& task, std::size_t method, const QueryWorld& made, const or
     if (!counts.fault.empty()) task.violation(method, counts.fault + "; " + to_text(made.about.queries[q]));
   }
   if (begin != answer.job.hit_count) task.violation(method, "there are hits of no ray");
-  for (const Isa other : other_isas(isa)) {
-    QueryAnswer others;
-    ask_queries(*task.subject, *query_engine(made, other), made, Exact::kNone, others);
-    if (same_answers(answer, others)) continue;
-    ++tally.differing;
-    task.violation(method, std::string(to_string(other)) + " answers otherwise than " + to_string(isa));
-  }
+  compare_isas(task, method, made, Exact::kNone, answer);
 }
 
 void run(Task& task) {
