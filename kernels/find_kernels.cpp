@@ -82,6 +82,10 @@ template <class V>
 std::uint32_t overlap_rigid_leaves(const RigidPairs& job);
 template <class V>
 void pose_states(const StateTile& tile);
+template <class V>
+bool pose_round(const RoundPoses& args);
+template <class V>
+void test_round_body(RoundTest& job);
 
 namespace {
 
@@ -123,7 +127,9 @@ constexpr KernelTable table_of(Isa isa) {
           search_strip<V>,
           overlapping_words<V>,
           overlap_rigid_leaves<V>,
-          pose_states<V>};
+          pose_states<V>,
+          pose_round<V>,
+          test_round_body<V>};
 }
 
 struct BuiltIsa {

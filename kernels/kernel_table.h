@@ -33,6 +33,8 @@ struct PlaceTile;
 struct CrowdSurvey;
 struct StripSearch;
 struct StateTile;
+struct RoundPoses;
+struct RoundTest;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -77,6 +79,8 @@ struct KernelTable {
   std::uint32_t (*overlapping_words)(const WordEntries&, PairSlots&, std::uint32_t* to, std::uint32_t* used);
   std::uint32_t (*overlap_rigid_leaves)(const RigidPairs&);
   void (*pose_states)(const StateTile&);
+  bool (*pose_round)(const RoundPoses&);
+  void (*test_round_body)(RoundTest&);
 };
 
 }  // namespace cab::kernel

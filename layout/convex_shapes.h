@@ -4,6 +4,7 @@
 #include "layout/arena.h"
 #include "layout/articulation.h"
 #include "layout/convex_shape.h"
+#include "layout/round_leaf.h"
 
 namespace cab {
 
@@ -12,6 +13,7 @@ namespace cab {
 struct ConvexShapes {
   Span<const ConvexShape> shapes;
   Span<const std::uint32_t> leaf_begin;  // leaf_count + 1 indices
+  RoundBody round;                       // empty unless every leaf is one ball or one capsule
 };
 
 // The shape of a box, with axes that are orthonormal to rounding in double.

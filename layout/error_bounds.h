@@ -270,6 +270,11 @@ inline constexpr double kFlatShare = 0x1p-20;
 // and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.
 inline constexpr double kGapRounding = 0x1p-40;
 
+// Round leaves (kernels/round_leaves.h): how far two posed leaves may be nearer or farther than their tiles say, per
+// length that went into them. 2^-17; step 16.1: 52 u. kRoundTiny: what may be lost to underflow, by step 16.2 2e-19.
+inline constexpr float kRoundSlack = 0x1p-17f;
+inline constexpr float kRoundTiny = 0x1p-49f;
+
 // The sine and cosine of kernels/sine.h are off by at most this. 2^-51; step 15.1: 2^-51.6.
 inline constexpr double kSineError = 0x1p-51;
 

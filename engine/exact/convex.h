@@ -37,7 +37,8 @@ bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& 
 void keep_touching(const FrameContext& frame, const Candidate* candidates, FixedList<LeafPair>& found,
                    ExactScratch& scratch, FrameStats& stats);
 
-// Clears in `found` the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by lane.
+// Clears in `found` the lanes in which the shapes of two leaves do not touch. candidates: of the tile, by lane. The
+// upper half of TilePair::lanes may name lanes that are known to touch.
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], FixedList<TilePair>& found,
                          ExactScratch& scratch, FrameStats& stats);
 

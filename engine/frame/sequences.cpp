@@ -6,6 +6,7 @@
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
 #include "kernels/descend_tiles.h"
+#include "kernels/round_leaves.h"
 
 #include <algorithm>
 
@@ -120,6 +121,30 @@ void find_tile_pairs(const FrameContext& frame, const PairedTiles& tiles, std::u
     descend(tiles, lanes, worker.pose.boxes.data, (brute ? kernels.brute_boxes : kernels.descend_boxes)[sat], worker);
 }
 
+// Pairing::kWithin of a sequence that is posed as balls and capsules: leaves in worker.pairs.tile_found what touches
+// and, for the exact test, what may.
+void find_round_pairs(const FrameContext& frame, const PairedTiles& tiles, std::uint32_t lanes, Worker& worker) {
+  const RoundBody& body = frame.batches[tiles.index_a]->convex_shapes->round;
+  kernel::RoundTest test;
+  test.articulation = tiles.a.articulation;
+  test.body = &body;
+  test.tiles = worker.pose.round.data + tiles.a.worker_nodes;
+  test.lanes = lanes;
+  test.margin = frame.margin;
+  test.first_only = frame.report == Report::kInContact;
+  test.found = worker.pairs.tile_found;
+  test.found.clear();
+  test.ball_tests = test.leaf_tests = 0;
+  frame.kernels.test_round_body(test);
+  worker.pairs.tile_found.size = test.found.size;
+  worker.stats.box_tests += test.ball_tests;
+  // What is left is counted by the exact test.
+  for (const TilePair& pair : worker.pairs.tile_found) test.leaf_tests -= count_bits(pair.lanes & 0xffff);
+  worker.stats.leaf_pairs += test.leaf_tests;
+  worker.stats.exact_tests += test.leaf_tests;
+  worker.stats.false_positives += test.leaf_tests;
+}
+
 // Tests and reports one rule and one tile.
 void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32_t tile, Worker& worker,
                     HitSink& sink) {
@@ -129,7 +154,10 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   if (!lanes) return;
   {
     const Timed timed(worker.stats.seconds_test);
-    find_tile_pairs(frame, tiles, lanes, worker);
+    if (worker.pairs.live[tiles.index_a] & kPosedRound)
+      find_round_pairs(frame, tiles, lanes, worker);
+    else
+      find_tile_pairs(frame, tiles, lanes, worker);
   }
   const Timed timed(worker.stats.seconds_query);
   if (frame.policies.exact == Exact::kConvex) {
@@ -147,6 +175,25 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   }
 }
 
+// Poses a tile of a sequence as balls and capsules. Returns its live lanes with kPosedRound, or 0 if boxes have to say
+// which of its instances are masked.
+std::uint32_t pose_round_tile(const FrameContext& frame, const StoredBatch& stored, std::uint32_t tile,
+                              PoseScratch& scratch) {
+  const InstanceBatch& batch = stored.batch;
+  const TileInstances instances = instances_of(batch, tile);
+  kernel::RoundPoses args;
+  args.articulation = batch.articulation;
+  args.body = &stored.convex_shapes->round;
+  kernel::point_lanes(pose_of(batch, instances.instance[0]), batch.instance_stride / sizeof(float), instances.count,
+                      args.poses);
+  args.link_stride = batch.link_stride / sizeof(float);
+  args.tiles = scratch.round.data + batch.worker_nodes;
+  if (!frame.kernels.pose_round(args)) return 0;
+  const Span<std::uint8_t> flags = batch.input->flags;
+  if (!flags.empty()) std::fill_n(flags.data + instances.instance[0], instances.count, std::uint8_t{kInstanceOk});
+  return ((1u << instances.count) - 1) | kPosedRound;
+}
+
 // Poses and refits one tile of every sequence. A table is posed again for every tile, but reports its flags only with
 // the first.
 void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, std::uint32_t tile, Worker& worker) {
@@ -156,6 +203,11 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
     const std::uint32_t own_tile = tile_of(batch, tile);
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
     const Timed timed(worker.stats.seconds_update);
+    if (batch.is_round)
+      if (const std::uint32_t live = pose_round_tile(frame, *frame.batches[index], own_tile, worker.pose); live != 0) {
+        worker.pairs.live[index] = live;
+        continue;
+      }
     const RefitScope scope = refit_scope(frame.policies.strategy, *batch.articulation);
     const TileUpdate update = {&batch, instances_of(batch, own_tile), scope,
                                worker.pose.boxes.data + batch.worker_nodes,
@@ -165,13 +217,31 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
   }
 }
 
+// Whether a sequence is posed and tested as balls and capsules: its leaves are, it is paired with itself alone, and its
+// poses and the policies ask for nothing that the kernel does not know.
+bool is_tested_round(const FrameJob& job, const FrameContext& frame, const BatchInput& input) {
+  const StoredBatch& stored = *frame.batches[slot_of(input.batch).value - 1];
+  const Policies& policies = job.policies;
+  if (policies.exact != Exact::kConvex || policies.strategy != Strategy::kAuto || job.margin > kMostRoundLength)
+    return false;
+  if (stored.convex_shapes->round.leaves.empty() || input.poses.format != PoseFormat::kQuaternionTranslation ||
+      !input.orientations.empty() || !input.scales.empty())
+    return false;
+  return std::none_of(job.rules.begin(), job.rules.end(), [&](const PairRule& rule) {
+    return rule.pairing == Pairing::kBetween &&
+           (slot_of(rule.a) == slot_of(input.batch) || slot_of(rule.b) == slot_of(input.batch));
+  });
+}
+
 }  // namespace
 
 std::uint32_t begin_sequences(FrameRun& run) {
   std::uint32_t tiles = 0;
   for (const BatchInput& input : run.job.inputs)
-    if (const InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kSequence)
+    if (InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kSequence) {
       tiles = std::max(tiles, tile_count(batch.instance_count));
+      batch.is_round = is_tested_round(run.job, *run.sequences, input);
+    }
   if (tiles == 0) return 0;
   run.sink.sorted = false;
   return tiles;

@@ -16,6 +16,9 @@ inline constexpr std::uint32_t kChunkLeafPairs = 1u << 16;
 // Capacity of PairScratch::waiting, where an articulation is large.
 inline constexpr std::uint32_t kWaitingCandidates = 8192;
 
+// PairScratch::live of a sequence that is posed as balls and capsules, not as boxes.
+inline constexpr std::uint32_t kPosedRound = 1u << kLanes;
+
 struct PairScratch {
   FixedList<Candidate> candidates;  // collected, and not tested yet
   FixedList<RowPair> waiting;       // candidates of large articulations that are not collected yet
@@ -26,7 +29,7 @@ struct PairScratch {
   FixedList<LeafPair> found;        // overlapping leaf pairs, before the exact test
 
   // Of sequences.
-  Span<std::uint32_t> live;        // by batch index: bits of the live lanes in the current tile
+  Span<std::uint32_t> live;        // by batch index: bits of the live lanes in the current tile, and kPosedRound
   FixedList<TilePair> tile_stack;  // node pairs of two tiles that a descent has yet to test
   FixedList<TilePair> tile_found;  // overlapping leaf pairs of two tiles
 };

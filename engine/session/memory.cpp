@@ -41,12 +41,14 @@ MemoryNeeds needs_of(const Engine& engine) {
   MemoryNeeds needs;
   Extremes extremes;
   std::size_t sequence_nodes = 0;
+  bool has_round = false;
   for (const auto& slot : engine.batches) {
     if (!slot->in_use()) continue;
     const InstanceBatch& batch = slot->batch;
     extremes.add(*batch.articulation, needs);
     if (batch.kind == BatchKind::kSequence) {
       sequence_nodes += posed_articulation(*batch.articulation).node_count;
+      has_round = has_round || !slot->convex_shapes->round.leaves.empty();
     } else {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
@@ -55,22 +57,17 @@ MemoryNeeds needs_of(const Engine& engine) {
     }
   }
   needs.nodes = std::max(needs.nodes, sequence_nodes);
+  needs.round_nodes = has_round ? sequence_nodes : 0;
   needs.batch_slots = engine.batches.size();
   return needs;
 }
 
-constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
-                                                 &MemoryNeeds::joints,
-                                                 &MemoryNeeds::depth,
-                                                 &MemoryNeeds::leaf_pairs,
-                                                 &MemoryNeeds::character_instances,
-                                                 &MemoryNeeds::character_nodes,
-                                                 &MemoryNeeds::leaf_bounds_floats,
-                                                 &MemoryNeeds::character_tiles,
-                                                 &MemoryNeeds::batch_slots,
-                                                 &MemoryNeeds::crowd_words,
-                                                 &MemoryNeeds::hits,
-                                                 &MemoryNeeds::queries};
+constexpr std::size_t MemoryNeeds::*kCounts[] = {
+    &MemoryNeeds::nodes,           &MemoryNeeds::round_nodes,        &MemoryNeeds::joints,
+    &MemoryNeeds::depth,           &MemoryNeeds::leaf_pairs,         &MemoryNeeds::character_instances,
+    &MemoryNeeds::character_nodes, &MemoryNeeds::leaf_bounds_floats, &MemoryNeeds::character_tiles,
+    &MemoryNeeds::batch_slots,     &MemoryNeeds::crowd_words,        &MemoryNeeds::hits,
+    &MemoryNeeds::queries};
 
 // The larger of each pair of counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
@@ -124,6 +121,7 @@ void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
 void size_worker(Worker& worker, const MemoryNeeds& needs) {
   size_for_reads(worker, needs);
   Arena& arena = worker.arena;
+  worker.pose.round = arena.allocate<RoundTile>(needs.round_nodes);
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);
@@ -141,7 +139,7 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   size_crowd_scratch(needs.leaf_pairs, arena, worker.crowd[0]);
 }
 
-// Sets where the nodes of each sequence start in PoseScratch::boxes and PoseScratch::bounds.
+// Sets where the nodes of each sequence start in PoseScratch::boxes, PoseScratch::bounds and PoseScratch::round.
 void place_sequences(Engine& engine) {
   std::uint32_t at = 0;
   for (const auto& slot : engine.batches) {

@@ -69,6 +69,7 @@ struct BoundInput {
   Strategy strategy = Strategy::kRows;
   const Articulation* active = nullptr;
   bool by_words = false;         // its leaves are paired by compact words (engine/frame/characters.h)
+  bool is_round = false;         // a sequence whose links are paired as balls and capsules (engine/frame/sequences.h)
   bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   bool skips_within = false;     // not those of an instance that rests
