@@ -27,6 +27,12 @@ struct StateHit {
   float depth;  // in metres; NaN unless depths are asked for
 };
 
+// What is known of a motion: cab.EDGE.
+struct Edge {
+  bool free, colliding;
+  double moment;
+};
+
 EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
   EngineDesc desc;
   desc.isa = isa_of(isa);
@@ -106,6 +112,26 @@ class Checker {
     return std::move(out);
   }
 
+  py::array edges(const py::object& from, const py::object& to, double resolution, bool first) {
+    const Span<const double> starts = values_of(from), ends = values_of(to);
+    const std::size_t count = from.cast<py::array>().shape(0);
+    if (starts.size != ends.size) throw py::value_error("ends: as many states as starts are wanted");
+    std::vector<MotionAnswer> answers(count);
+    std::vector<double> moments(first ? count : 0, std::numeric_limits<double>::quiet_NaN());
+    MotionSearch search;
+    search.resolution = resolution;
+    search.first_moments = moments;
+    require(run([&] { return checker_.check_motions(starts, ends, answers, search); }));
+    py::array_t<Edge> out(static_cast<py::ssize_t>(count));
+    Edge* const edges = out.mutable_data();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (answers[i] == MotionAnswer::kNotTested) raise_not_tested(i);
+      edges[i] = {answers[i] == MotionAnswer::kFree, answers[i] == MotionAnswer::kColliding,
+                  first ? moments[i] : std::numeric_limits<double>::quiet_NaN()};
+    }
+    return std::move(out);
+  }
+
   std::string isa() { return to_string(engine_isa(checker_.world().engine())); }
   std::uint32_t thread_count() { return engine_thread_count(checker_.world().engine()); }
 
@@ -142,12 +168,14 @@ class Checker {
 
 void bind_checker(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(StateHit, state, fixed, link_a, link_b, depth);
+  PYBIND11_NUMPY_DTYPE(Edge, free, colliding, moment);
   py::class_<Checker>(module, "Checker")
       .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float>(),
            py::keep_alive<1, 2>())
       .def("add_fixed", &Checker::add_fixed)
       .def("collides", &Checker::collides)
       .def("hits", &Checker::hits)
+      .def("edges", &Checker::edges)
       .def_property_readonly("isa", &Checker::isa)
       .def_property_readonly("thread_count", &Checker::thread_count);
 }

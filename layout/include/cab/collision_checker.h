@@ -9,6 +9,7 @@
 // are tested exactly (Exact::kConvex). world().job() has the policies, and the margin that links keep at least.
 #pragma once
 
+#include <cab/motion_bound.h>
 #include <cab/world.h>
 
 namespace cab {
@@ -18,6 +19,25 @@ enum class StateAnswer : std::uint8_t {
   kFree,       // no tested pair of links touches
   kColliding,  // at least one does
   kNotTested,  // one of its numbers is not finite, or moves a link beyond 1e18
+};
+
+// What is known of a motion.
+enum class MotionAnswer : std::uint8_t {
+  kFree,       // no tested pair of links touches at any moment: this is proven, not sampled
+  kColliding,  // at least one does, at some moment
+  kTooClose,   // neither: somewhere links come so near to each other that the resolution decides nothing
+  kNotTested,  // a number is not finite, or moves a link beyond 1e18
+};
+
+// How check_motions goes about it. resolution: a length in the robot's unit, above 0. Part of a motion in which no link
+// moves farther against another is not divided further.
+struct MotionSearch {
+  double resolution = 1e-3;
+  // One number per motion: of kColliding a moment at which links touch, 0 to 1; of kTooClose the first at which they
+  // may. If it is given, the moment is the first, to the resolution: up to it the motion is proven free, or too close.
+  // Empty (default): a motion is done at any moment at which links touch.
+  Span<double> first_moments;
+  std::uint64_t states = 0;  // output: how many states were tested
 };
 
 // One robot, its joints, and fixed bodies.
@@ -61,6 +81,17 @@ class CollisionChecker {
   // variable_count numbers for each), those of run_frame.
   [[nodiscard]] Status find_hits(Span<const double> states, std::uint32_t count) noexcept;
 
+  // Answers for each motion whether links touch on the way: every variable goes linearly from its value in `from` to
+  // that in `to`, each variable_count numbers per motion. A state is tested in the middle of the motion, with a margin
+  // of what links can move against each other until its ends. If none is within it, the motion is free, else both
+  // halves are looked at. Margins of world().job() are kept besides.
+  // Cost: sixteen states per motion, more where links come close. Memory: 6 bytes per pair of links, and 80 kB at first
+  // use.
+  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit, or the resolution is not above 0),
+  // kBadShape (the robot has a half space), those of run_frame.
+  [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
+                                     MotionSearch& search) noexcept;
+
   // How many states are tested at a time: 16 to 1024.
   std::uint32_t chunk() const noexcept { return chunk_; }
 
@@ -68,7 +99,27 @@ class CollisionChecker {
   Span<const std::uint8_t> flags() const noexcept { return {flags_.get(), flag_count_}; }
 
  private:
+  Status read_bound(const ArticulationDesc& desc) noexcept;
   Status run(Span<const double> states, std::uint32_t count, Report report, Span<std::uint8_t> in_contact) noexcept;
+
+  // Part of a motion that is not known to be free.
+  struct Interval {
+    std::size_t motion;
+    double begin, end;        // moments
+    double length, rounding;  // MotionBound's of the whole motion
+  };
+  // How many states of motions are tested at a time, how often a motion may be halved, and how many intervals may wait.
+  static constexpr std::uint32_t kMotionStates = 64, kMostHalvings = 50, kMostIntervals = 2048;
+  // Into how many parts a motion is divided at first, and an interval that is not known to be free: more than two,
+  // since the lanes of a tile are there even for one motion.
+  static constexpr std::uint32_t kFirstParts = 16, kParts = 4;
+
+  struct Motions;
+  Status begin_motions(Motions& motions) noexcept;
+  void push_parts(const Interval& interval, std::uint32_t parts, std::uint32_t count, Motions& motions) noexcept;
+  Status divide(Motions& motions) noexcept;
+  static double margin_of(const Interval& interval) noexcept;
+  Status test_states(Span<const double> states, std::uint32_t count, double margin) noexcept;
 
   // The most states of a chunk, and the most links of all its states: their poses stay in a core's cache.
   static constexpr std::size_t kMostStates = 1024, kMostLinks = 16384;
@@ -80,6 +131,14 @@ class CollisionChecker {
   std::unique_ptr<float[]> poses_;         // of a chunk
   std::unique_ptr<std::uint8_t[]> flags_;  // of a chunk
   std::size_t flag_count_ = 0;
+
+  MotionBound bound_;
+  Status has_bound_ = Status::kUnknownBatch;  // kOk: motions can be tested; else why not
+  bool has_fixed_ = false;
+  // Made by the first check_motions.
+  std::unique_ptr<Interval[]> intervals_;
+  std::unique_ptr<double[]> motion_states_;
+  std::uint8_t touches_[kMotionStates] = {};
 };
 
 inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
@@ -103,7 +162,22 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   kinematics_ = kinematics;
   chunk_ = count;
   world_.input(robot)->poses.data = poses_.get();
+  has_bound_ = read_bound(desc);
   return Status::kOk;
+}
+
+// Reads what motions of the robot are bounded by.
+inline Status CollisionChecker::read_bound(const ArticulationDesc& desc) noexcept {
+  BatchInfo batch;
+  ArticulationInfo info;
+  Status status = batch_info(world_.engine(), robot_, &batch);
+  if (status == Status::kOk) status = articulation_info(world_.engine(), batch.articulation, &info);
+  if (status != Status::kOk) return status;
+  const std::unique_ptr<IgnoredPair[]> ignored(new (std::nothrow) IgnoredPair[info.ignored_pair_count + 1]);
+  if (!ignored) return Status::kOutOfMemory;
+  const Span<IgnoredPair> pairs = {ignored.get(), info.ignored_pair_count};
+  status = ignored_pairs(world_.engine(), batch.articulation, pairs);
+  return status == Status::kOk ? bound_.set(desc, kinematics_, {pairs.data, pairs.size}) : status;
 }
 
 inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<const float> poses,
@@ -121,6 +195,7 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   if (status == Status::kOk && reason.cause != MaskCause::kNone) status = Status::kBadPoses;
   if (status == Status::kOk) status = world_.add_rule({robot_, body});
   if (status != Status::kOk) (void)world_.remove_batch(body);
+  has_fixed_ = has_fixed_ || status == Status::kOk;
   return status;
 }
 
@@ -163,6 +238,182 @@ inline Status CollisionChecker::check(Span<const double> states, Span<StateAnswe
     if (status != Status::kOk) return status;
     for (std::size_t i = 0; i < size; ++i)
       if (flags_[i] != kInstanceOk) out[i] = StateAnswer::kNotTested;
+  }
+  return Status::kOk;
+}
+
+// A search in progress. Intervals are a stack: the last one comes first, and of two halves the earlier one.
+struct CollisionChecker::Motions {
+  const double* from;
+  const double* to;
+  Span<MotionAnswer> answers;
+  MotionSearch& search;
+  std::size_t begun = 0;  // how many motions were begun
+  std::size_t size = 0;   // of the stack
+
+  double& first_moment(const Interval& interval) const noexcept { return search.first_moments[interval.motion]; }
+  bool wants_first() const noexcept { return !search.first_moments.empty(); }
+
+  // Whether nothing more is to be found in an interval.
+  bool is_done(const Interval& interval) const noexcept {
+    const MotionAnswer answer = answers[interval.motion];
+    if (answer == MotionAnswer::kNotTested) return true;
+    return answer == MotionAnswer::kColliding && (!wants_first() || interval.begin >= first_moment(interval));
+  }
+  void collide(const Interval& interval, double moment) const noexcept {
+    MotionAnswer& answer = answers[interval.motion];
+    if (wants_first() && (answer != MotionAnswer::kColliding || moment < first_moment(interval)))
+      first_moment(interval) = moment;
+    answer = MotionAnswer::kColliding;
+  }
+  void come_close(const Interval& interval) const noexcept {
+    MotionAnswer& answer = answers[interval.motion];
+    if (answer == MotionAnswer::kColliding) return;
+    if (wants_first() && (answer != MotionAnswer::kTooClose || interval.begin < first_moment(interval)))
+      first_moment(interval) = interval.begin;
+    answer = MotionAnswer::kTooClose;
+  }
+};
+
+// Tests states with a margin more than the caller's, and leaves in touches_ which collide.
+inline Status CollisionChecker::test_states(Span<const double> states, std::uint32_t count, double margin) noexcept {
+  const float own = world_.job().margin;
+  world_.job().margin = static_cast<float>((static_cast<double>(own) + margin) * (1 + 1e-6));
+  const Status status = run(states, count, Report::kInContact, {touches_, count});
+  world_.job().margin = own;
+  return status;
+}
+
+// Begins some motions: tests where they begin and end, and puts the others on the stack.
+inline Status CollisionChecker::begin_motions(Motions& motions) noexcept {
+  const std::size_t variables = kinematics_.variable_count;
+  const auto count =
+      static_cast<std::uint32_t>(std::min<std::size_t>(kMotionStates / 2, motions.answers.size - motions.begun));
+  double* to = motion_states_.get();
+  for (std::size_t m = motions.begun; m < motions.begun + count; ++m)
+    for (const double* const end : {motions.from, motions.to}) {
+      std::copy(end + m * variables, end + (m + 1) * variables, to);
+      to += variables;
+    }
+  const Status status = test_states({motion_states_.get(), 2 * count * variables}, 2 * count, 0);
+  if (status != Status::kOk) return status;
+  motions.search.states += 2 * count;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::size_t m = motions.begun + i;
+    motions.answers[m] = MotionAnswer::kFree;
+    Interval interval = {m, 0, 1, 0, 0};
+    interval.length = bound_.length(motions.from + m * variables, motions.to + m * variables, has_fixed_);
+    interval.rounding = bound_.rounding();
+    // A margin, too, is at most 1e18.
+    if (flags_[2 * i] != kInstanceOk || flags_[2 * i + 1] != kInstanceOk || !(interval.length <= 1e17))
+      motions.answers[m] = MotionAnswer::kNotTested;
+    else
+      for (std::uint32_t end = 0; end < 2; ++end)
+        if (touches_[2 * i + end]) motions.collide(interval, end);
+    if (!motions.is_done(interval)) push_parts(interval, kFirstParts, kFirstParts, motions);
+  }
+  motions.begun += count;
+  return Status::kOk;
+}
+
+// The margin that an interval is tested with: its own, rounded up to one of four steps between powers of two. A frame
+// has one margin, so intervals with the same step are tested together, and no answer depends on which others they are.
+inline double CollisionChecker::margin_of(const Interval& interval) noexcept {
+  int exponent = 0;
+  const double share = std::frexp(interval.length * (interval.end - interval.begin) / 2 + interval.rounding, &exponent);
+  for (const double step : {0.5, 0.59460355750136054, 0.70710678118654757, 0.84089641525371461})
+    if (share <= step) return std::ldexp(step, exponent);
+  return std::ldexp(1.0, exponent);
+}
+
+// Puts the first `count` of equal parts of an interval on the stack.
+inline void CollisionChecker::push_parts(const Interval& interval, std::uint32_t parts, std::uint32_t count,
+                                         Motions& motions) noexcept {
+  const double part = (interval.end - interval.begin) / parts;
+  for (std::uint32_t p = count; p-- > 0;)
+    intervals_[motions.size++] = {interval.motion, interval.begin + p * part, interval.begin + (p + 1) * part,
+                                  interval.length, interval.rounding};
+}
+
+// Tests the middle of intervals of the stack, the last one first, and puts back the parts of those that are not known
+// to be free.
+inline Status CollisionChecker::divide(Motions& motions) noexcept {
+  const std::size_t variables = kinematics_.variable_count;
+  // One interval at a time adds no more to the stack than kParts for each time that it is divided.
+  const std::size_t room = kMostIntervals - motions.size;
+  const std::size_t most = room < kParts * (kMotionStates + kMostHalvings) ? 1 : kMotionStates;
+  Interval taken[kMotionStates];
+  std::uint32_t count = 0;
+  double margin = -1;
+  std::size_t next = motions.size, kept = motions.size;  // intervals from `kept` on were looked at, and stay
+  while (next > 0 && count < most) {
+    const Interval interval = intervals_[--next];
+    if (motions.is_done(interval)) continue;
+    const double own = margin_of(interval);
+    if (margin < 0) margin = own;
+    if (own == margin)
+      taken[count++] = interval;
+    else
+      intervals_[--kept] = interval;
+  }
+  Interval* const stack = intervals_.get();
+  std::copy(stack + kept, stack + motions.size, stack + next);
+  motions.size = next + (motions.size - kept);
+  const auto middle = [](const Interval& interval) { return interval.begin + (interval.end - interval.begin) / 2; };
+  const auto write_state = [&](const Interval& interval, double* to) {
+    const double *const a = motions.from + interval.motion * variables, *const b =
+                                                                            motions.to + interval.motion * variables;
+    for (std::size_t v = 0; v < variables; ++v) to[v] = a[v] + middle(interval) * (b[v] - a[v]);
+  };
+  const auto test = [&](double by) {
+    for (std::uint32_t i = 0; i < count; ++i) write_state(taken[i], motion_states_.get() + i * variables);
+    motions.search.states += count;
+    return test_states({motion_states_.get(), count * variables}, count, by);
+  };
+  if (count == 0) return Status::kOk;
+  if (const Status status = test(margin); status != Status::kOk) return status;
+  std::uint32_t near = 0;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (flags_[i] != kInstanceOk)
+      motions.answers[taken[i].motion] = MotionAnswer::kNotTested;
+    else if (touches_[i])
+      taken[near++] = taken[i];
+  }
+  count = near;
+  if (count == 0) return Status::kOk;
+  if (const Status status = test(0); status != Status::kOk) return status;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Interval& interval = taken[i];
+    const double at = middle(interval);
+    if (touches_[i]) motions.collide(interval, at);
+    if (interval.length * (interval.end - interval.begin) <= motions.search.resolution ||
+        interval.end - interval.begin < std::ldexp(1.0, -static_cast<int>(kMostHalvings))) {
+      if (!touches_[i]) motions.come_close(interval);
+      continue;
+    }
+    push_parts(interval, kParts, touches_[i] ? kParts / 2 : kParts, motions);
+  }
+  return Status::kOk;
+}
+
+inline Status CollisionChecker::check_motions(Span<const double> from, Span<const double> to,
+                                              Span<MotionAnswer> answers, MotionSearch& search) noexcept {
+  if (world_.status() != Status::kOk) return world_.status();
+  if (!robot_.value) return Status::kUnknownBatch;
+  if (has_bound_ != Status::kOk) return has_bound_;
+  const std::size_t variables = kinematics_.variable_count, numbers = answers.size * variables;
+  if (from.size != numbers || to.size != numbers || (numbers && !(from.data && to.data)) ||
+      (answers.size && !answers.data) || !(search.resolution > 0) ||
+      (!search.first_moments.empty() && (search.first_moments.size != answers.size || !search.first_moments.data)))
+    return Status::kBadOutput;
+  if (!intervals_) intervals_.reset(new (std::nothrow) Interval[kMostIntervals]);
+  if (!motion_states_) motion_states_.reset(new (std::nothrow) double[kMotionStates * (variables + 1)]);
+  if (!intervals_ || !motion_states_) return Status::kOutOfMemory;
+  search.states = 0;
+  Motions motions = {from.data, to.data, answers, search};
+  while (motions.size > 0 || motions.begun < answers.size) {
+    const bool begins = motions.size < kMotionStates && motions.begun < answers.size;
+    if (const Status status = begins ? begin_motions(motions) : divide(motions); status != Status::kOk) return status;
   }
   return Status::kOk;
 }

@@ -11,6 +11,8 @@ from ._files import Robot
 
 STATE_HIT = np.dtype([("state", "u4"), ("fixed", "i4"), ("link_a", "u2"), ("link_b", "u2"), ("depth", "f4")])
 
+EDGE = np.dtype({"names": ["free", "colliding", "moment"], "formats": ["?", "?", "f8"], "offsets": [0, 1, 8]})
+
 
 class CollisionChecker:
     """Which states of a robot collide, with the robot itself and with bodies that stand around it.
@@ -70,6 +72,21 @@ class CollisionChecker:
         depth           how deep they overlap, in metres, with depths=True, else NaN. Below 0: a distance within margin
         """
         return self._checker.hits(self._states(states), depths)
+
+    def edges(
+        self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
+    ) -> StructuredArray:
+        """Whether links touch on straight ways between states, starts and ends (n, variables): `cab.EDGE` (n,).
+
+        Every joint goes linearly from its value in `starts` to that in `ends`.
+
+        free       no tested links touch at any moment. This is proven by bounds of motion, not sampled
+        colliding  links touch at some moment. Neither free nor colliding: links come so near to each other that
+                   intervals in which they move by less than `resolution`, in metres, decide nothing
+        moment     with first=True the first moment, 0 to 1, at which links touch or may touch, to the resolution;
+                   before it the way is free. Else, and of a free way, NaN
+        """
+        return self._checker.edges(self._states(starts), self._states(ends), resolution, first)
 
     def _states(self, states: ArrayLike) -> Float64Array:
         if isinstance(states, np.ndarray) and states.dtype == np.float64 and states.flags.c_contiguous:

@@ -192,6 +192,12 @@ class Robot:
         """Which links touch in the states (n, variables): `CollisionChecker.hits` of the same checker."""
         return self._own_checker().hits(states, depths=depths)
 
+    def edges(
+        self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
+    ) -> StructuredArray:
+        """Whether links touch on straight ways between states: `CollisionChecker.edges` of the same checker."""
+        return self._own_checker().edges(starts, ends, resolution=resolution, first=first)
+
     def _own_checker(self) -> "CollisionChecker":
         from ._checker import CollisionChecker
 

@@ -77,6 +77,30 @@ def test_fixed_bodies_and_a_margin_count(arm):
     assert near.hits(upright, depths=True)["depth"][0] == pytest.approx(-0.3, abs=1e-4)
 
 
+def test_edges_are_free_where_no_state_collides(arm):
+    checker = cab.CollisionChecker(arm)
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.4]])
+    starts, ends = arm.random_states(300, seed=3), arm.random_states(300, seed=4)
+    edges = checker.edges(starts, ends, first=True)
+    assert edges.dtype == cab.EDGE
+    steps = np.linspace(0, 1, 129)[None, :, None]
+    states = starts[:, None] + steps * (ends - starts)[:, None]
+    sampled = checker.collides(states.reshape(-1, 2)).reshape(300, -1).any(axis=1)
+    assert not (sampled & edges["free"]).any() and 20 < edges["free"].sum() < 280
+    assert np.isnan(edges["moment"][edges["free"]]).all()
+    touching = edges["colliding"]
+    moments = edges["moment"][touching, None]
+    assert checker.collides(starts[touching] + moments * (ends - starts)[touching]).all()
+    assert np.array_equal(checker.edges(starts, ends)["free"], edges["free"])
+    assert arm.edges([[0.0, 0.0]], [[0.1, 0.1]])["free"].tolist() == [True]
+    with pytest.raises(ValueError, match="as many states"):
+        checker.edges(starts, ends[:5])
+    with pytest.raises(ValueError, match="states"):
+        checker.edges([[np.inf, 0]], [[0, 0]])
+    with pytest.raises(ValueError):
+        checker.edges(starts, ends, resolution=0)
+
+
 def test_what_is_allowed_is_what_the_command_finds(arm, tmp_path):
     command = os.environ.get("CAB_COMMAND")
     if not command:

@@ -47,7 +47,9 @@ def states(robot: cab.Robot) -> int:
     checker = cab.CollisionChecker(robot, margin=0.01)
     checker.add_fixed(robot.body)
     colliding: npt.NDArray[np.bool_] = checker.collides(robot.random_states(8))
-    return int(colliding.sum()) + len(robot.hits([robot.rest()], depths=True)) + len(robot.allowed_collisions(100))
+    free: npt.NDArray[np.bool_] = checker.edges([robot.rest()], [robot.rest()])["free"]
+    hits = robot.hits([robot.rest()], depths=True)
+    return int(free.sum()) + int(colliding.sum()) + len(hits) + len(robot.allowed_collisions(100))
 
 
 def what_there_is() -> Tuple[str, List[str], bool]:
