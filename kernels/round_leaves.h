@@ -23,7 +23,7 @@ CAB_INLINE void pose_round_leaf(const RigidLanes<V>& pose, V away, const RoundLe
                                 RoundTile& to) {
   const auto spread = [](const float* v) { return Vec3<V>{V(v[0]), V(v[1]), V(v[2])}; };
   store3(to.center, lane, pose.translation + rotate<V>(pose.column, spread(leaf.center)));
-  if (!leaf.is_ball) store3(to.axis, lane, rotate<V>(pose.column, spread(leaf.axis)));
+  store3(to.axis, lane, rotate<V>(pose.column, spread(leaf.axis)));
   Lanes<V>::store(to.size + lane, away + V(leaf.size));
 }
 
@@ -102,7 +102,9 @@ CAB_INLINE RoundAnswer test_round_lanes(const RoundTile& a, const RoundTile& b, 
   }
   const Mask<V> touching = both(V(0.0f) < inner, square < inner * inner);
   // Apart by gap / |closest|; for balls that is |between|.
-  const Mask<V> apart = kBalls ? outer * outer < square : both(V(0.0f) < gap, outer * outer * square < gap * gap);
+  // A square that underflows is no less than the least normal number.
+  const V at_least = max(square, V(1.17549435e-38f));
+  const Mask<V> apart = kBalls ? outer * outer < square : both(V(0.0f) < gap, outer * outer * at_least < gap * gap);
   return {bits(touching), (bits(touching) | ~bits(apart)) & ((1u << kWidth<V>)-1)};
 }
 

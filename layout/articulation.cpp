@@ -410,6 +410,14 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
 
 }  // namespace
 
+std::uint64_t count_leaf_pairs_within(const Articulation& articulation) {
+  std::uint64_t out = 0;
+  for (std::uint32_t a = 0; a < articulation.leaf_count; ++a)
+    for (std::uint32_t b = a + 1; b < articulation.leaf_count; ++b)
+      out += !is_ignored(articulation, articulation.leaf_link[a], articulation.leaf_link[b]);
+  return out;
+}
+
 Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint32_t link) {
   const Span<const PosedLink> posed = articulation.posed_links;
   const PosedLink* const found = std::lower_bound(

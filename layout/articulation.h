@@ -42,6 +42,7 @@ struct Articulation {
   bool leaves_by_link = false;             // each link has at most one leaf, and leaves are in the order of links
   Span<const IgnoredPair> ignored_pairs;   // sorted by a, then b; each once
   Span<const std::uint64_t> ignored_bits;  // bit a * link_count + b: is_ignored(a, b)
+  std::uint64_t leaf_pairs_within = 0;     // of one instance, on links that are not ignored (count_leaf_pairs_within)
   // The vertices of each leaf's exact shape, x y z in the link's frame: the vertices of its hulls, and the eight
   // corners of the box about every other part. For a leaf without parts and for a half space that is the leaf's box.
   // leaf_vertex_reach: the largest |x| + |y| + |z| of a leaf's vertices.
@@ -70,6 +71,9 @@ inline bool is_ignored(const Articulation& articulation, std::uint32_t a, std::u
   const std::size_t bit = static_cast<std::size_t>(a) * articulation.link_count + b;
   return (articulation.ignored_bits[bit >> 6] >> (bit & 63)) & 1;
 }
+
+// How many pairs of leaves of one instance are tested.
+std::uint64_t count_leaf_pairs_within(const Articulation& articulation);
 
 // The leaves of a link, ascending.
 Span<const std::uint16_t> leaves_of(const Articulation& articulation, std::uint32_t link);

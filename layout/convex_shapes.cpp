@@ -1,6 +1,5 @@
 #include "layout/convex_shapes.h"
 
-#include "layout/round_body.h"
 #include "layout/rounded_up.h"
 
 #include <algorithm>
@@ -166,9 +165,7 @@ ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) 
     if (part_begin[leaf] == part_begin[leaf + 1]) shapes.push_back(shape_of_box(articulation.leaf_box[leaf]));
   }
   begin[articulation.leaf_count] = static_cast<std::uint32_t>(shapes.size());
-  ConvexShapes out = {constant(arena.copy(Span<const ConvexShape>(shapes))), constant(begin), {}};
-  out.round = make_round_body(articulation, out, arena);
-  return out;
+  return {constant(arena.copy(Span<const ConvexShape>(shapes))), constant(begin), {}};
 }
 
 }  // namespace cab

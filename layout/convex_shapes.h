@@ -13,13 +13,13 @@ namespace cab {
 struct ConvexShapes {
   Span<const ConvexShape> shapes;
   Span<const std::uint32_t> leaf_begin;  // leaf_count + 1 indices
-  RoundBody round;                       // empty unless every leaf is one ball or one capsule
+  RoundBody round;                       // by make_round_body: empty unless every leaf is one ball or one capsule
 };
 
 // The shape of a box, with axes that are orthonormal to rounding in double.
 ConvexShape shape_of_box(const Box& box);
 
-// Makes the shapes of an articulation in the arena. Throws std::bad_alloc.
+// Makes the shapes of an articulation in the arena, without `round`. Throws std::bad_alloc.
 ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena);
 
 }  // namespace cab

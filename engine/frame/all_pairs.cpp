@@ -56,7 +56,7 @@ class AllPairs {
     if (rule.pairing == Pairing::kWithin) {
       for (std::uint32_t i = 0; i < count_a; ++i) add({a, i, a, i});
     } else if (frame_.batch(a).kind == BatchKind::kSequence) {
-      for (std::uint32_t i = 0; i < std::max(count_a, count_b); ++i)
+      for (std::uint32_t i = 0; i < (count_a && count_b ? std::max(count_a, count_b) : 0); ++i)
         add({a, count_a == 1 ? 0 : i, b, count_b == 1 ? 0 : i});
     } else {
       for (std::uint32_t i = 0; i < count_a; ++i)

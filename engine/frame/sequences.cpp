@@ -35,8 +35,10 @@ struct PairedTiles {
   Candidate candidate(std::uint32_t lane) const {
     return {index_a, instance_of(a, lane), index_b, instance_of(b, lane)};
   }
-  // The number of instances of the longer sequence; the other may be a table.
-  std::uint32_t instance_count() const { return std::max(a.instance_count, b.instance_count); }
+  // The number of instances of the longer sequence; the other may be a table. 0 if one of them has none in this call.
+  std::uint32_t instance_count() const {
+    return a.instance_count && b.instance_count ? std::max(a.instance_count, b.instance_count) : 0;
+  }
 };
 
 // The rule with the lower batch first, as hits have it.
@@ -202,6 +204,7 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
     const InstanceBatch& batch = frame.batch(index);
     const std::uint32_t own_tile = tile_of(batch, tile);
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
+    if (batch.is_round && tile != own_tile) continue;  // it is paired with itself alone
     const Timed timed(worker.stats.seconds_update);
     if (batch.is_round)
       if (const std::uint32_t live = pose_round_tile(frame, *frame.batches[index], own_tile, worker.pose); live != 0) {

@@ -1,5 +1,7 @@
 #include "engine/session/slots.h"
 
+#include "layout/round_body.h"
+
 namespace cab {
 
 const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
@@ -19,7 +21,9 @@ void store_articulation(std::unique_ptr<StoredArticulation> made, Engine& engine
     made->fcl_shapes = make_fcl_shapes(made->articulation);
     build_link_bounds(made->articulation, made->arena, &made->link_bounds);
     made->convex_shapes = make_convex_shapes(made->articulation, made->arena);
+    made->convex_shapes.round = make_round_body(made->articulation, made->convex_shapes, made->arena);
   }
+  made->articulation.leaf_pairs_within = count_leaf_pairs_within(made->articulation);
   const std::size_t index = free_slot(engine.allocator, engine.articulations);
   fill_slot(std::move(made), engine.articulations[index]);
   out->value = id_of(index, engine, engine.articulations);

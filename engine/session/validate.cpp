@@ -138,7 +138,7 @@ bool is_valid_rule(const Engine& engine, const PairRule& rule) {
   if (rule.pairing == Pairing::kWithin) return &a == &b && !is_static(a);
   if (rule.pairing != Pairing::kBetween || a.kind != b.kind) return false;
   if (a.kind == BatchKind::kCharacters) return !(is_static(a) && is_static(b));
-  return &a != &b && (a.instance_count == b.instance_count || a.instance_count == 1 || b.instance_count == 1);
+  return &a != &b && (a.instance_count == b.instance_count || a.instance_count <= 1 || b.instance_count <= 1);
 }
 
 Status validate_policies(const Policies& policies) {

@@ -19,11 +19,19 @@ bool are_finite(const double* values, std::size_t count) {
   return true;
 }
 
+// Whether a vector is of length 1, to 1e-6.
+template <std::size_t kSize>
+bool is_unit(const double (&v)[kSize]) {
+  double square = 0;
+  for (const double x : v) square += x * x;
+  return std::fabs(square - 1) <= 2e-6;
+}
+
 bool is_valid(const JointDesc& joint, std::uint32_t variable_count) {
   const std::uint32_t variables = joint.kind == JointKind::kBall ? 3 : 1;
   return joint.kind <= JointKind::kBall && variable_count >= variables &&
-         joint.variable <= variable_count - variables && are_finite(joint.axis, 3) && are_finite(joint.anchor, 3) &&
-         std::isfinite(joint.multiplier) && std::isfinite(joint.offset);
+         joint.variable <= variable_count - variables && (joint.kind == JointKind::kBall || is_unit(joint.axis)) &&
+         are_finite(joint.anchor, 3) && std::isfinite(joint.multiplier) && std::isfinite(joint.offset);
 }
 
 Status validate(const KinematicsDesc& desc) {
@@ -36,7 +44,7 @@ Status validate(const KinematicsDesc& desc) {
   if (desc.links.size != count || !desc.links.data || (desc.joints.size && !desc.joints.data)) return Status::kBadJoint;
   std::size_t joints = 0;
   for (const LinkPlaceDesc& link : desc.links) {
-    if (!are_finite(link.rotation, 4) || !are_finite(link.translation, 3)) return Status::kBadJoint;
+    if (!is_unit(link.rotation) || !are_finite(link.translation, 3)) return Status::kBadJoint;
     joints += link.joint_count;
   }
   if (joints != desc.joints.size) return Status::kBadJoint;

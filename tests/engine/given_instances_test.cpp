@@ -109,7 +109,7 @@ TEST_CASE("a frame of the first moments of sequences has the hits of sequences o
       const Policies policies = {Refit::kCab, Strategy::kAuto, exact};
       const EnginePtr engine = make_engine_for(world);
       const std::uint32_t n = 1 + random.index(25);
-      const std::uint32_t all_counts[][2] = {{n, n}, {n, 1}, {1, n}, {0, 0}};
+      const std::uint32_t all_counts[][2] = {{n, n}, {n, 1}, {1, n}, {0, 0}, {n, n}, {0, 1}, {0, n}, {n, 0}, {1, 0}};
       for (const std::uint32_t(&counts)[2] : all_counts) {
         CAPTURE(counts[0]);
         CAPTURE(counts[1]);
@@ -119,7 +119,8 @@ TEST_CASE("a frame of the first moments of sequences has the hits of sequences o
           continue;
         }
         World part = world;
-        for (std::size_t m = 0; m < 2; ++m) part.members[m] = first_of(world.members[m], counts[m]);
+        for (std::size_t m = 0; m < 2; ++m) part.members[m] = first_of(world.members[m], std::max(counts[m], 1u));
+        if (counts[1] == 0) part.rules = {{{1}, {1}, Pairing::kWithin}};
         CHECK(same_hits(found.hits, run_world(part, policies).hits));
         hits += found.hits.size();
       }

@@ -85,7 +85,7 @@ struct Slide {
 }  // namespace
 
 TEST_CASE("a motion that is called free has no state that collides, and others touch where they are said to") {
-  std::size_t counts[4] = {}, earlier = 0;
+  std::size_t counts[4] = {}, touching = 0;
   for (std::uint64_t seed = 1; seed <= rounds(150); ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -134,18 +134,18 @@ TEST_CASE("a motion that is called free has no state that collides, and others t
         CHECK(sampled == along.end());
       } else if (first[m] == MotionAnswer::kColliding) {
         CHECK(any[m] == MotionAnswer::kColliding);
-        CHECK(collides_at(checker, a, b, moments[m]));
-        // No sample before it collides, unless it is within the resolution of a place that is too close.
-        const double at = static_cast<double>(sampled - along.begin()) / (kMoments - 1);
-        if (at < moments[m]) ++earlier;
+        touching += collides_at(checker, a, b, moments[m]);
       } else {
-        CHECK((moments[m] >= 0 && moments[m] <= 1));
+        CHECK(any[m] == first[m]);
       }
+      if (first[m] == MotionAnswer::kFree) continue;
+      CHECK((moments[m] >= 0 && moments[m] <= 1));
+      CHECK(static_cast<double>(sampled - along.begin()) / (kMoments - 1) >= moments[m]);
     }
   }
   CHECK(counts[0] > least_count(2000, 150));
   CHECK(counts[1] > least_count(200, 150));
-  CHECK(earlier <= (counts[1] + counts[2]) / 200);
+  CHECK(touching > counts[1] / 2);
 }
 
 TEST_CASE("the first moment of a slide into a wall is known, however small the resolution") {
@@ -154,7 +154,7 @@ TEST_CASE("the first moment of a slide into a wall is known, however small the r
   REQUIRE(checker.set_robot(slide.desc(), slide.body.desc()) == Status::kOk);
   const float wall[] = {0, 0, 0, 1, 3, 0, 0};
   REQUIRE(checker.add_fixed(slide.desc(), wall) == Status::kOk);
-  const std::vector<double> from = {0, 0, 0, 5, 1.5}, to = {10, 1.9999, 2, 10, 2.5};
+  const std::vector<double> from = {0, 0, 0, 5, 1.5}, to = {10, 1.999999, 2, 10, 2.5};
   for (const double resolution : {0.1, 1e-3, 1e-5}) {
     CAPTURE(resolution);
     std::vector<MotionAnswer> answers(5);
@@ -165,9 +165,11 @@ TEST_CASE("the first moment of a slide into a wall is known, however small the r
     REQUIRE(checker.check_motions(from, to, answers, search) == Status::kOk);
     CHECK(answers[0] == MotionAnswer::kColliding);  // at x = 2
     CHECK(moments[0] == doctest::Approx(0.2).epsilon(resolution));
-    CHECK(moments[0] >= 0.2 - 1e-6);
-    CHECK(answers[1] == (resolution > 0.01 ? MotionAnswer::kTooClose : MotionAnswer::kFree));
+    CHECK(moments[0] <= 0.2 + 1e-6);
+    CHECK(answers[1] == MotionAnswer::kTooClose);  // its end is 1e-6 away
+    CHECK(moments[1] == doctest::Approx(1).epsilon(resolution));
     CHECK(answers[2] == MotionAnswer::kColliding);  // it ends where the faces meet
+    CHECK(moments[2] == doctest::Approx(1).epsilon(resolution));
     CHECK(answers[3] == MotionAnswer::kFree);
     CHECK(moments[3] == -1);
     CHECK(answers[4] == MotionAnswer::kColliding);
@@ -186,6 +188,69 @@ TEST_CASE("motions whose numbers are not finite are not tested, and the others a
   REQUIRE(checker.check_motions(from, to, answers, search) == Status::kOk);
   CHECK(answers[0] == MotionAnswer::kFree);
   for (std::size_t m = 1; m < 5; ++m) CHECK(answers[m] == MotionAnswer::kNotTested);
+
+  Slide turn;
+  turn.body.joints[0].kind = JointKind::kRevolute;
+  turn.body.links[0].translation[0] = 2;
+  CollisionChecker turning;
+  REQUIRE(turning.set_robot(turn.desc(), turn.body.desc()) == Status::kOk);
+  const float wall[] = {0, 0, 0, 1, 0, 2, 0};
+  REQUIRE(turning.add_fixed(turn.desc(), wall) == Status::kOk);
+  const std::vector<double> zeros(4, 0), far = {1e300, 1e308, 1.5e308, 1.7e308};
+  answers.resize(4);
+  REQUIRE(turning.check_motions(zeros, far, answers, search) == Status::kOk);
+  for (const MotionAnswer of_far : answers) CHECK(of_far == MotionAnswer::kNotTested);
+}
+
+TEST_CASE("a slide along a face ends, and a state keeps its answer as the end of a motion") {
+  Slide slide;
+  CollisionChecker checker;
+  REQUIRE(checker.set_robot(slide.desc(), slide.body.desc()) == Status::kOk);
+  const float wall[] = {0, 0, 0, 1, 0.3f, 1.0000005f, 0};
+  REQUIRE(checker.add_fixed(slide.desc(), wall) == Status::kOk);
+  const std::vector<double> from = {0}, to = {0.6};
+  MotionAnswer answer;
+  MotionSearch search;
+  for (const double resolution : {1e-3, 1e-9, 1e-300}) {
+    search.resolution = resolution;
+    REQUIRE(checker.check_motions(from, to, {&answer, 1}, search) == Status::kOk);
+    CHECK(answer == MotionAnswer::kTooClose);
+    CHECK(search.states < 3000000);
+  }
+  CollisionChecker with_margin;
+  REQUIRE(with_margin.set_robot(slide.desc(), slide.body.desc()) == Status::kOk);
+  REQUIRE(with_margin.add_fixed(slide.desc(), wall) == Status::kOk);
+  with_margin.world().job().margin = 1;
+  for (const double x : {2.3 - 5e-7, 2.3 + 5e-7}) {
+    StateAnswer state;
+    REQUIRE(with_margin.check({&x, 1}, {&state, 1}) == Status::kOk);
+    search.resolution = 1e-3;
+    const double away = 4;
+    double moment = -1;
+    search.first_moments = {&moment, 1};
+    REQUIRE(with_margin.check_motions({&x, 1}, {&away, 1}, {&answer, 1}, search) == Status::kOk);
+    CHECK((answer == MotionAnswer::kColliding) == (state == StateAnswer::kColliding));
+  }
+}
+
+TEST_CASE("no motion of large numbers is free whose state collides") {
+  Slide slide;
+  slide.body.joints[0].offset = -1e12;
+  CollisionChecker checker;
+  REQUIRE(checker.set_robot(slide.desc(), slide.body.desc()) == Status::kOk);
+  const float wall[] = {0, 0, 0, 1, 1, 0, 0};
+  REQUIRE(checker.add_fixed(slide.desc(), wall) == Status::kOk);
+  MotionSearch search;
+  search.resolution = 1e-5;
+  Random random(3);
+  for (std::uint64_t i = 0; i < rounds(300); ++i) {
+    const double from = 1e12 - random.uniform(1, 3), to = 1e12 + random.uniform(-1.2, -0.8) + 1e-4 * random.index(9);
+    MotionAnswer answer;
+    REQUIRE(checker.check_motions({&from, 1}, {&to, 1}, {&answer, 1}, search) == Status::kOk);
+    StateAnswer end;
+    REQUIRE(checker.check({&to, 1}, {&end, 1}) == Status::kOk);
+    if (end == StateAnswer::kColliding) CHECK(answer == MotionAnswer::kColliding);
+  }
 }
 
 TEST_CASE("check_motions refuses what does not fit, and robots without bounds") {
@@ -299,6 +364,21 @@ TEST_CASE("a pair that is not tested, and joints above both links, do not count"
   CHECK(bound.length(zero, first, false) == 0);
   CHECK(bound.length(zero, second, false) == doctest::Approx(0.5).epsilon(1e-3));
   CHECK(bound.length(zero, first, true) == doctest::Approx(3).epsilon(1e-3));
+  // Two links that turn on a common one: what both move counts.
+  JointedBody fork = body;
+  fork.parents = {-1, 0, 0};
+  fork.links.push_back(fork.links[1]);
+  fork.joints.push_back(fork.joints[1]);
+  fork.joints[2].variable = 2;
+  fork.variable_count = 3;
+  leaves[0].link = 2;
+  leaves[0].box.center[0] = 1;
+  const double none[] = {0, 0, 0}, one_turn[] = {0, 0.5, 0}, both_turn[] = {0, 0.5, 0.25};
+  MotionBound forked;
+  REQUIRE(forked.set({fork.parents, {}, leaves, {}}, fork.desc(), {}) == Status::kOk);
+  CHECK(forked.length(none, one_turn, false) == doctest::Approx(0.5).epsilon(1e-3));
+  CHECK(forked.length(none, both_turn, false) == doctest::Approx(0.75).epsilon(1e-3));
+  leaves[0].link = 0;
   const IgnoredPair ignored = {0, 1, {}};
   REQUIRE(bound.set(desc, body.desc(), {&ignored, 1}) == Status::kOk);
   CHECK(bound.length(zero, second, false) == 0);

@@ -17,11 +17,12 @@ using namespace cab::oracle;
 struct Built {
   explicit Built(const RoundRig& rig) : arena(default_allocator()) {
     REQUIRE(build_articulation(rig.desc(), arena, &articulation, nullptr) == Status::kOk);
-    shapes = make_convex_shapes(articulation, arena);
+    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+    round = make_round_body(articulation, shapes, arena);
   }
   Arena arena;
   Articulation articulation;
-  ConvexShapes shapes;
+  RoundBody round;
 };
 
 double distance(const float (&a)[3], const float (&b)[3]) {
@@ -38,7 +39,7 @@ TEST_CASE("a body of balls and capsules is round, and the ball of a link holds i
     Random random(seed);
     const RoundRig rig = random_round_rig(random, 1 + random.index(8), 4);
     const Built built(rig);
-    const RoundBody& body = built.shapes.round;
+    const RoundBody& body = built.round;
     REQUIRE(body.leaves.size == built.articulation.leaf_count);
     std::size_t next = 0;
     for (const RoundLink& link : body.links) {
@@ -60,18 +61,18 @@ TEST_CASE("a body of balls and capsules is round, and the ball of a link holds i
 TEST_CASE("a body with a box, with two parts on a leaf, or beyond 1e9 is not round") {
   Random random(1);
   const RoundRig rig = random_round_rig(random, 3, 2);
-  CHECK(!Built(rig).shapes.round.leaves.empty());
+  CHECK(!Built(rig).round.leaves.empty());
   RoundRig box = rig;
   box.parts.back().kind = ShapeKind::kBox;
   for (float& x : box.parts.back().size) x = 0.01f;
-  CHECK(Built(box).shapes.round.leaves.empty());
+  CHECK(Built(box).round.leaves.empty());
   RoundRig without = rig;
   without.part_count.back() = 0;
-  CHECK(Built(without).shapes.round.leaves.empty());
+  CHECK(Built(without).round.leaves.empty());
   RoundRig far = rig;
   far.boxes.back().center[0] = far.parts.back().position[0] = 2e9f;
   far.boxes.back().half[0] = 1e3f;
-  CHECK(Built(far).shapes.round.leaves.empty());
+  CHECK(Built(far).round.leaves.empty());
 }
 
 }  // namespace cab::tests

@@ -125,7 +125,9 @@ class Checker {
     py::array_t<Edge> out(static_cast<py::ssize_t>(count));
     Edge* const edges = out.mutable_data();
     for (std::size_t i = 0; i < count; ++i) {
-      if (answers[i] == MotionAnswer::kNotTested) raise_not_tested(i);
+      if (answers[i] == MotionAnswer::kNotTested)
+        throw py::value_error("starts[" + std::to_string(i) + "], ends[" + std::to_string(i) +
+                              "]: a number is not finite, or moves links by more than 5e17");
       edges[i] = {answers[i] == MotionAnswer::kFree, answers[i] == MotionAnswer::kColliding,
                   first ? moments[i] : std::numeric_limits<double>::quiet_NaN()};
     }

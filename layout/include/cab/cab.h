@@ -78,12 +78,13 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Writes the poses of joint states: poses[state][link] as PoseFormat::kQuaternionTranslation, in the body's frame.
 // states: desc.variable_count numbers per state. The work is in double, states as lanes, and rounded once: a pose is
 // off by half a unit of a float's last place, and by some 1e-15 of the lengths of its chain. It has the same bits on
-// every instruction set and platform. An angle beyond 2^20 counts as what IEEE's remainder by 4 pi in double leaves of
-// it. A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
+// every instruction set and platform. An angle beyond 2^20 counts as its remainder in the division by 4 pi in double
+// (std::fmod). A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
 // Cost: about 7 ns per link and state; allocates 896 bytes per link.
 // Statuses: kIsaNotAvailable, kNoLinks, kTooManyLinks, kBadParent, kBadJoint (links is not as long as link_parents, the
-// joint counts do not add up to the joints, an unknown kind, a variable out of range, or a number that is not finite),
-// kBadOutput (poses or states has no data, or poses is not 7 floats per link and state), kOutOfMemory.
+// joint counts do not add up to the joints, an unknown kind, a variable out of range, a number that is not finite, or
+// an axis or rotation that is not of length 1 to 1e-6), kBadOutput (poses or states has no data, or poses is not 7
+// floats per link and state), kOutOfMemory.
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status compute_link_poses(const KinematicsDesc& desc, Span<const double> states, Isa isa,
                                                 Span<float> poses) noexcept;

@@ -954,7 +954,7 @@ typedef struct cab_PairRule {
 
   // With CAB_PAIRING_BETWEEN: a batch that has input in the frame and is of the same kind as `a`. For characters it may
   // be `a` itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences
-  // must differ, and must have equally many instances in this call unless one has a single instance. With
+  // must differ, and must have equally many instances in this call unless one has a single one, or none. With
   // CAB_PAIRING_WITHIN: `a` itself.
   cab_BatchId b;
 
@@ -1556,14 +1556,14 @@ CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
 // Writes the poses of joint states: poses[state][link] as CAB_POSE_FORMAT_QUATERNION_TRANSLATION, in the body's frame.
 // states: desc.variable_count numbers per state. The work is in double, states as lanes, and rounded once: a pose is
 // off by half a unit of a float's last place, and by some 1e-15 of the lengths of its chain. It has the same bits on
-// every instruction set and platform. An angle beyond 2^20 counts as what IEEE's remainder by 4 pi in double leaves of
-// it. A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
+// every instruction set and platform. An angle beyond 2^20 counts as its remainder in the division by 4 pi in double
+// (std::fmod). A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
 // Cost: about 7 ns per link and state; allocates 896 bytes per link.
 // Statuses: CAB_STATUS_ISA_NOT_AVAILABLE, CAB_STATUS_NO_LINKS, CAB_STATUS_TOO_MANY_LINKS, CAB_STATUS_BAD_PARENT,
 // CAB_STATUS_BAD_JOINT (links is not as long as link_parents, the joint counts do not add up to the joints, an unknown
-// kind, a variable out of range, or a number that is not finite), CAB_STATUS_BAD_OUTPUT (poses or states has no data,
-// or poses is not 7 floats per link and state), CAB_STATUS_OUT_OF_MEMORY. Thread: any, at any time; no engine is
-// involved.
+// kind, a variable out of range, a number that is not finite, or an axis or rotation that is not of length 1 to 1e-6),
+// CAB_STATUS_BAD_OUTPUT (poses or states has no data, or poses is not 7 floats per link and state),
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, at any time; no engine is involved.
 CAB_API cab_Status cab_compute_link_poses(const cab_KinematicsDesc* desc, cab_ConstDoubleSpan states, cab_Isa isa,
                                           cab_FloatSpan poses);
 

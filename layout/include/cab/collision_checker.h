@@ -26,18 +26,18 @@ enum class MotionAnswer : std::uint8_t {
   kFree,       // no tested pair of links touches at any moment: this is proven, not sampled
   kColliding,  // at least one does, at some moment
   kTooClose,   // neither: somewhere links come so near to each other that the resolution decides nothing
-  kNotTested,  // a number is not finite, or moves a link beyond 1e18
+  kNotTested,  // a number is not finite, or it and the margin move links by more than 5e17
 };
 
 // How check_motions goes about it. resolution: a length in the robot's unit, above 0. Part of a motion in which no link
 // moves farther against another is not divided further.
 struct MotionSearch {
   double resolution = 1e-3;
-  // One number per motion: of kColliding a moment at which links touch, 0 to 1; of kTooClose the first at which they
-  // may. If it is given, the moment is the first, to the resolution: up to it the motion is proven free, or too close.
-  // Empty (default): a motion is done at any moment at which links touch.
+  // One number per motion: of kColliding and kTooClose the first moment, 0 to 1, at which links touch or, to the
+  // resolution, may touch. Before it the motion is proven free. Not written of others. Empty (default): a motion is
+  // done at any moment at which links touch.
   Span<double> first_moments;
-  std::uint64_t states = 0;  // output: how many states were tested
+  std::uint64_t states = 0;  // output: how many tests of a state there were
 };
 
 // One robot, its joints, and fixed bodies.
@@ -82,11 +82,13 @@ class CollisionChecker {
   [[nodiscard]] Status find_hits(Span<const double> states, std::uint32_t count) noexcept;
 
   // Answers for each motion whether links touch on the way: every variable goes linearly from its value in `from` to
-  // that in `to`, each variable_count numbers per motion. A state is tested in the middle of the motion, with a margin
-  // of what links can move against each other until its ends. If none is within it, the motion is free, else both
-  // halves are looked at. Margins of world().job() are kept besides.
-  // Cost: sixteen states per motion, more where links come close. Memory: 6 bytes per pair of links, and 80 kB at first
-  // use.
+  // that in `to`, each variable_count numbers per motion. The motion is divided into sixteen intervals. In the middle
+  // of each a state is tested with a margin of what links can move against each other until its ends. If none is within
+  // it, the interval is free, else it is divided into four. The margin of world().job() is kept besides. If the status
+  // is not kOk the answers are not to be read.
+  // Cost: 18 states for a motion in the open. Where links slide along each other all the way, some four times the
+  // length that they move divided by the resolution.
+  // Memory: 6 bytes per pair of links, and 80 kB at first use.
   // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit, or the resolution is not above 0),
   // kBadShape (the robot has a half space), those of run_frame.
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
@@ -95,7 +97,7 @@ class CollisionChecker {
   // How many states are tested at a time: 16 to 1024.
   std::uint32_t chunk() const noexcept { return chunk_; }
 
-  // One InstanceFlag per state of the last find_hits: kInstanceOk, or why it was not tested.
+  // One InstanceFlag per state of the last find_hits: kInstanceOk, or why it was not tested. Empty after other calls.
   Span<const std::uint8_t> flags() const noexcept { return {flags_.get(), flag_count_}; }
 
  private:
@@ -108,8 +110,9 @@ class CollisionChecker {
     double begin, end;        // moments
     double length, rounding;  // MotionBound's of the whole motion
   };
-  // How many states of motions are tested at a time, how often a motion may be halved, and how many intervals may wait.
-  static constexpr std::uint32_t kMotionStates = 64, kMostHalvings = 50, kMostIntervals = 2048;
+  // How many states of motions are tested at a time, how small, as a power of two, parts of a
+  // motion may become, and how many may wait.
+  static constexpr std::uint32_t kMotionStates = 64, kMostDivisions = 50, kMostIntervals = 2048;
   // Into how many parts a motion is divided at first, and an interval that is not known to be free: more than two,
   // since the lanes of a tile are there even for one motion.
   static constexpr std::uint32_t kFirstParts = 16, kParts = 4;
@@ -156,8 +159,12 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   BatchId robot;
   const auto count = static_cast<std::uint32_t>(chunk);
   Status status = world_.add_batch(desc, count, &robot, bad_leaf, BatchKind::kSequence);
-  if (status == Status::kOk) status = world_.add_rule({robot, robot, Pairing::kWithin});
   if (status != Status::kOk) return status;
+  status = world_.add_rule({robot, robot, Pairing::kWithin});
+  if (status != Status::kOk) {
+    (void)world_.remove_batch(robot);
+    return status;
+  }
   robot_ = robot;
   kinematics_ = kinematics;
   chunk_ = count;
@@ -212,6 +219,8 @@ inline Status CollisionChecker::run(Span<const double> states, std::uint32_t cou
   input.in_contact = in_contact;
   world_.job().report = report;
   status = world_.run();
+  input.in_contact = {};
+  world_.job().report = Report::kHits;
   if (status == Status::kOk) flag_count_ = count;
   return status;
 }
@@ -239,10 +248,11 @@ inline Status CollisionChecker::check(Span<const double> states, Span<StateAnswe
     for (std::size_t i = 0; i < size; ++i)
       if (flags_[i] != kInstanceOk) out[i] = StateAnswer::kNotTested;
   }
+  flag_count_ = 0;
   return Status::kOk;
 }
 
-// A search in progress. Intervals are a stack: the last one comes first, and of two halves the earlier one.
+// A search in progress. Intervals are a stack: the last one comes first, and of the parts of one the earliest.
 struct CollisionChecker::Motions {
   const double* from;
   const double* to;
@@ -260,25 +270,18 @@ struct CollisionChecker::Motions {
     if (answer == MotionAnswer::kNotTested) return true;
     return answer == MotionAnswer::kColliding && (!wants_first() || interval.begin >= first_moment(interval));
   }
-  void collide(const Interval& interval, double moment) const noexcept {
+  void find(const Interval& interval, double moment, MotionAnswer found) const noexcept {
     MotionAnswer& answer = answers[interval.motion];
-    if (wants_first() && (answer != MotionAnswer::kColliding || moment < first_moment(interval)))
+    if (wants_first() && (answer == MotionAnswer::kFree || moment < first_moment(interval)))
       first_moment(interval) = moment;
-    answer = MotionAnswer::kColliding;
-  }
-  void come_close(const Interval& interval) const noexcept {
-    MotionAnswer& answer = answers[interval.motion];
-    if (answer == MotionAnswer::kColliding) return;
-    if (wants_first() && (answer != MotionAnswer::kTooClose || interval.begin < first_moment(interval)))
-      first_moment(interval) = interval.begin;
-    answer = MotionAnswer::kTooClose;
+    if (answer != MotionAnswer::kColliding) answer = found;
   }
 };
 
 // Tests states with a margin more than the caller's, and leaves in touches_ which collide.
 inline Status CollisionChecker::test_states(Span<const double> states, std::uint32_t count, double margin) noexcept {
   const float own = world_.job().margin;
-  world_.job().margin = static_cast<float>((static_cast<double>(own) + margin) * (1 + 1e-6));
+  if (margin > 0) world_.job().margin = static_cast<float>((static_cast<double>(own) + margin) * (1 + 1e-6));
   const Status status = run(states, count, Report::kInContact, {touches_, count});
   world_.job().margin = own;
   return status;
@@ -305,11 +308,12 @@ inline Status CollisionChecker::begin_motions(Motions& motions) noexcept {
     interval.length = bound_.length(motions.from + m * variables, motions.to + m * variables, has_fixed_);
     interval.rounding = bound_.rounding();
     // A margin, too, is at most 1e18.
-    if (flags_[2 * i] != kInstanceOk || flags_[2 * i + 1] != kInstanceOk || !(interval.length <= 1e17))
+    const double most = static_cast<double>(world_.job().margin) + interval.length + interval.rounding;
+    if (flags_[2 * i] != kInstanceOk || flags_[2 * i + 1] != kInstanceOk || !(most <= 5e17))
       motions.answers[m] = MotionAnswer::kNotTested;
     else
       for (std::uint32_t end = 0; end < 2; ++end)
-        if (touches_[2 * i + end]) motions.collide(interval, end);
+        if (touches_[2 * i + end]) motions.find(interval, end, MotionAnswer::kColliding);
     if (!motions.is_done(interval)) push_parts(interval, kFirstParts, kFirstParts, motions);
   }
   motions.begun += count;
@@ -319,8 +323,10 @@ inline Status CollisionChecker::begin_motions(Motions& motions) noexcept {
 // The margin that an interval is tested with: its own, rounded up to one of four steps between powers of two. A frame
 // has one margin, so intervals with the same step are tested together, and no answer depends on which others they are.
 inline double CollisionChecker::margin_of(const Interval& interval) noexcept {
+  const double own = interval.length * (interval.end - interval.begin) / 2 + interval.rounding;
+  if (own == 0) return 0;
   int exponent = 0;
-  const double share = std::frexp(interval.length * (interval.end - interval.begin) / 2 + interval.rounding, &exponent);
+  const double share = std::frexp(own, &exponent);
   for (const double step : {0.5, 0.59460355750136054, 0.70710678118654757, 0.84089641525371461})
     if (share <= step) return std::ldexp(step, exponent);
   return std::ldexp(1.0, exponent);
@@ -341,7 +347,7 @@ inline Status CollisionChecker::divide(Motions& motions) noexcept {
   const std::size_t variables = kinematics_.variable_count;
   // One interval at a time adds no more to the stack than kParts for each time that it is divided.
   const std::size_t room = kMostIntervals - motions.size;
-  const std::size_t most = room < kParts * (kMotionStates + kMostHalvings) ? 1 : kMotionStates;
+  const std::size_t most = room < kParts * (kMotionStates + kMostDivisions) ? 1 : kMotionStates;
   Interval taken[kMotionStates];
   std::uint32_t count = 0;
   double margin = -1;
@@ -385,10 +391,11 @@ inline Status CollisionChecker::divide(Motions& motions) noexcept {
   for (std::uint32_t i = 0; i < count; ++i) {
     const Interval& interval = taken[i];
     const double at = middle(interval);
-    if (touches_[i]) motions.collide(interval, at);
-    if (interval.length * (interval.end - interval.begin) <= motions.search.resolution ||
-        interval.end - interval.begin < std::ldexp(1.0, -static_cast<int>(kMostHalvings))) {
-      if (!touches_[i]) motions.come_close(interval);
+    if (touches_[i]) motions.find(interval, at, MotionAnswer::kColliding);
+    // Below the rounding of poses dividing makes no margin smaller.
+    if (interval.length * (interval.end - interval.begin) <= std::max(motions.search.resolution, interval.rounding) ||
+        interval.end - interval.begin < std::ldexp(1.0, -static_cast<int>(kMostDivisions))) {
+      motions.find(interval, interval.begin, MotionAnswer::kTooClose);
       continue;
     }
     push_parts(interval, kParts, touches_[i] ? kParts / 2 : kParts, motions);
@@ -415,6 +422,7 @@ inline Status CollisionChecker::check_motions(Span<const double> from, Span<cons
     const bool begins = motions.size < kMotionStates && motions.begun < answers.size;
     if (const Status status = begins ? begin_motions(motions) : divide(motions); status != Status::kOk) return status;
   }
+  flag_count_ = 0;
   return Status::kOk;
 }
 

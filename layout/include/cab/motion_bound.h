@@ -30,8 +30,8 @@ class MotionBound {
   // variable_count numbers each. In part of the motion it is that part of the length. Infinite or NaN if a number is.
   double length(const double* from, const double* to, bool fixed) noexcept;
 
-  // How far the rounding of poses to floats may move two points against each other in states of such a motion, more
-  // than enough. Of the last `length`.
+  // How far two points may be moved against each other, in a state of such a motion, by the rounding of its poses to
+  // floats and of its numbers in double, more than enough. Of the last `length`.
   double rounding() const noexcept { return rounding_; }
 
  private:
@@ -40,7 +40,8 @@ class MotionBound {
     double turns = 0;   // angles
     double moves = 0;   // of slides, and of turns the angle times what must be added to the link's own `reach`
     double extent = 0;  // the length of the chain, in the motion's longest state
-    double reach = 0;   // the farthest point of the link's leaves from its origin; below 0 without leaves
+    double inexact_turns = 0, inexact_moves = 0;  // how far values in states are off, in double
+    double reach = 0;  // the farthest point of the link's leaves from its origin; below 0 without leaves
   };
   struct Pair {
     std::uint16_t a, b;
@@ -99,11 +100,16 @@ inline void MotionBound::add_joint(const JointDesc& joint, const double* from, c
   const auto norm = [](const double* v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); };
   const double *const a = from + joint.variable, *const b = to + joint.variable;
   const double by = std::fabs(joint.multiplier);
+  // A state between is off by two roundings, and a value by two more.
+  const auto inexact = [&](std::uint32_t k) {
+    return (by * std::max(std::fabs(a[k]), std::fabs(b[k])) + std::fabs(joint.offset)) * 4.5e-16;
+  };
   if (joint.kind == JointKind::kPrismatic) {
     const double axis = norm(joint.axis);
     const auto value = [&](double x) { return std::fabs(joint.multiplier * x + joint.offset); };
     chain.moves += axis * by * std::fabs(b[0] - a[0]);
     chain.extent += axis * std::max(value(a[0]), value(b[0]));
+    chain.inexact_moves += axis * inexact(0);
     return;
   }
   double angle = std::fabs(b[0] - a[0]);
@@ -111,6 +117,7 @@ inline void MotionBound::add_joint(const JointDesc& joint, const double* from, c
     const double difference[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     angle = norm(difference);
   }
+  chain.inexact_turns += joint.kind == JointKind::kBall ? inexact(0) + inexact(1) + inexact(2) : inexact(0);
   const double anchor = norm(joint.anchor);
   chain.turns += by * angle;
   chain.extent += 2 * anchor;
@@ -120,7 +127,10 @@ inline void MotionBound::add_joint(const JointDesc& joint, const double* from, c
 inline double MotionBound::length(const double* from, const double* to, bool fixed) noexcept {
   const std::size_t links = kinematics_.link_parents.size;
   const JointDesc* joint = kinematics_.joints.data;
-  double farthest = 0, longest = 0;
+  double farthest = 0, longest = 0, inexact = 0;
+  const auto enlarge = [](double& largest, double x) {
+    if (!(x <= largest) && !std::isnan(largest)) largest = x;  // NaN stays
+  };
   for (std::size_t l = 0; l < links; ++l) {
     Chain& chain = chains_[l];
     const std::int32_t parent = kinematics_.link_parents[l];
@@ -131,15 +141,16 @@ inline double MotionBound::length(const double* from, const double* to, bool fix
     const double* const t = place.translation;
     chain.extent += std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
     for (std::uint32_t j = 0; j < place.joint_count; ++j) add_joint(*joint++, from, to, chain);
-    farthest = std::max(farthest, chain.extent + std::max(reach, 0.0));
-    if (fixed && reach >= 0) longest = std::max(longest, moved(chain, Chain()));
+    enlarge(farthest, chain.extent + std::max(reach, 0.0));
+    enlarge(inexact, chain.inexact_moves + (chain.extent + std::max(reach, 0.0)) * chain.inexact_turns);
+    if (fixed && reach >= 0) enlarge(longest, moved(chain, Chain()));
   }
   for (std::size_t p = 0; p < pair_count_; ++p) {
     const Pair& pair = pairs_[p];
     const Chain above = pair.above < 0 ? Chain() : chains_[static_cast<std::size_t>(pair.above)];
-    longest = std::max(longest, moved(chains_[pair.a], above) + moved(chains_[pair.b], above));
+    enlarge(longest, moved(chains_[pair.a], above) + moved(chains_[pair.b], above));
   }
-  rounding_ = 1e-6 * farthest;
+  rounding_ = 1e-6 * farthest + 2 * inexact;
   return longest * (1 + 1e-9);
 }
 

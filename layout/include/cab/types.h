@@ -597,7 +597,7 @@ struct PairRule {
 
   // With kBetween: a batch that has input in the frame and is of the same kind as `a`. For characters it may be `a`
   // itself. Static bodies count as characters, but are paired neither among themselves nor within. Two sequences must
-  // differ, and must have equally many instances in this call unless one has a single instance. With kWithin: `a`
+  // differ, and must have equally many instances in this call unless one has a single one, or none. With kWithin: `a`
   // itself.
   BatchId b;
 

@@ -147,4 +147,54 @@ TEST_CASE("balls and capsules without boxes have the hits, contacts and flags th
   CHECK(other_tests > least_count(200, 300));
 }
 
+TEST_CASE(
+    "balls are balls in memory that another sequence left, and a short sequence beside a long one has its flags") {
+  Random random(7);
+  const EnginePtr engine = make_engine();
+  for (std::uint64_t seed = 1; seed <= rounds(60); ++seed) {
+    CAPTURE(seed);
+    RoundFrames frames = random_frames(random), beside = random_frames(random);
+    frames.contacts = false;
+    if (random.chance(0.5)) frames.poses.instance_count = 1;
+    const Result alone = run(frames, Strategy::kBrute, Isa::kAuto);
+    ArticulationId articulations[2];
+    BatchId batches[2];
+    std::vector<BatchInput> inputs;
+    std::vector<std::uint8_t> flags(frames.poses.instance_count, 0xee);
+    const RoundFrames* const both[] = {&frames, &beside};
+    for (std::size_t b = 0; b < 2; ++b) {
+      require(add_articulation(*engine, both[b]->rig.desc(), &articulations[b], nullptr));
+      require(add_batch(*engine, {articulations[b], both[b]->poses.instance_count, BatchKind::kSequence}, &batches[b]));
+      inputs.push_back(both[b]->poses.input(batches[b]));
+    }
+    inputs[0].flags = flags;
+    const PairRule rules[] = {{batches[0], batches[0], Pairing::kWithin}, {batches[1], batches[1], Pairing::kWithin}};
+    std::vector<Hit> hits(20000);
+    FrameJob job;
+    job.inputs = inputs;
+    job.rules = rules;
+    job.policies.exact = Exact::kConvex;
+    job.margin = frames.margin;
+    job.hits = hits;
+    require(run_frame(*engine, job));
+    CHECK(flags == alone.flags);
+    std::size_t found = 0;
+    for (std::size_t h = 0; h < job.hit_count; ++h) {
+      if (hits[h].batch_a != slot_of(batches[0])) continue;
+      REQUIRE(found < alone.hits.size());
+      const Hit& expected = alone.hits[found++];
+      CHECK(hits[h].instance_a == expected.instance_a);
+      CHECK(hits[h].link_a == expected.link_a);
+      CHECK(hits[h].link_b == expected.link_b);
+      CHECK(hits[h].leaf_a == expected.leaf_a);
+      CHECK(hits[h].leaf_b == expected.leaf_b);
+    }
+    CHECK(found == alone.hits.size());
+    for (std::size_t b = 0; b < 2; ++b) {
+      require(remove_batch(*engine, batches[b]));
+      require(remove_articulation(*engine, articulations[b]));
+    }
+  }
+}
+
 }  // namespace cab::tests

@@ -46,6 +46,8 @@ const Fault kFaults[] = {
     {"anchor", [](JointedBody& b) { b.joints[0].anchor[0] = -HUGE_VAL; }, Status::kBadJoint},
     {"multiplier", [](JointedBody& b) { b.joints[0].multiplier = HUGE_VAL; }, Status::kBadJoint},
     {"offset", [](JointedBody& b) { b.joints[0].offset = kNan; }, Status::kBadJoint},
+    {"axis of another length", [](JointedBody& b) { b.joints[0].axis[2] = 1.00001; }, Status::kBadJoint},
+    {"rotation of another length", [](JointedBody& b) { b.links[1].rotation[3] = 0.99999; }, Status::kBadJoint},
     {"rotation", [](JointedBody& b) { b.links[1].rotation[3] = kNan; }, Status::kBadJoint},
     {"translation", [](JointedBody& b) { b.links[1].translation[1] = kNan; }, Status::kBadJoint},
 };
