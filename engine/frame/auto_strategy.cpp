@@ -43,9 +43,8 @@ Strategy strategy_of(const InstanceBatch& batch, const Policies& policies) {
 
 // The number of leaf pairs that a rule tests per animation frame.
 std::uint64_t leaf_pairs_of(const Engine& engine, const PairRule& rule) {
-  const std::uint64_t a = engine.batch(rule.a).articulation->leaf_count,
-                      b = engine.batch(rule.b).articulation->leaf_count;
-  return rule.pairing == Pairing::kWithin ? a * (a - 1) / 2 : a * b;
+  const Articulation &a = *engine.batch(rule.a).articulation, &b = *engine.batch(rule.b).articulation;
+  return rule.pairing == Pairing::kWithin ? a.leaf_pairs_within : std::uint64_t{a.leaf_count} * b.leaf_count;
 }
 
 }  // namespace

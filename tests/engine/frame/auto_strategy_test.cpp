@@ -118,6 +118,21 @@ TEST_CASE("a sequence takes a tree where its leaf pairs exceed 64 and what its m
   }
 }
 
+TEST_CASE("a sequence's pairs of ignored links do not count for a tree") {
+  // 40 leaves have 780 pairs. A tree needs more than 8 * 39 + 64 = 376.
+  for (const std::uint32_t tested : {376u, 377u}) {
+    Rig rig = rig_of(true, 40, 40);
+    std::uint32_t kept = 0;
+    for (std::uint32_t a = 0; a < 40; ++a)
+      for (std::uint32_t b = a + 1; b < 40; ++b)
+        if (kept++ >= tested) rig.ignored.push_back({a, b});
+    Asked asked(BatchKind::kSequence, {rig}, {});
+    const PairRule rule = {{1}, {1}, Pairing::kWithin};
+    asked.job.rules = {&rule, 1};
+    CHECK(resolve_sequences(*asked.engine, asked.job).strategy == (tested == 376 ? Strategy::kBrute : Strategy::kTree));
+  }
+}
+
 TEST_CASE("auto leaves a strategy that is named, and every other policy") {
   for (const Strategy named : {Strategy::kTree, Strategy::kRows, Strategy::kBrute}) {
     CHECK(for_characters({rig_of(false, 65, 130)}, {Refit::kCab, named}) == named);
