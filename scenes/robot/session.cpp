@@ -17,6 +17,11 @@ EngineDesc engine_desc(const RobotSessionOptions& options) {
   return desc;
 }
 
+// What a refused leaf of a robot is called.
+const std::string& source_of(const Robot& robot, std::uint32_t leaf) {
+  return leaf < robot.leaf_sources.size() ? robot.leaf_sources[leaf] : robot.body.name;
+}
+
 }  // namespace
 
 RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, const RobotSessionOptions& options)
@@ -27,8 +32,18 @@ RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, con
   articulation.ignored_pairs = ignored;
   auto bad_leaf = static_cast<std::uint32_t>(robot.leaf_sources.size());
   const Status status = checker_.set_robot(articulation, kinematics_.desc(), &bad_leaf);
-  require(status, bad_leaf < robot.leaf_sources.size() ? robot.leaf_sources[bad_leaf] : robot.body.name);
+  require(status, source_of(robot, bad_leaf));
+  for (const Robot& body : options.around) {
+    const ArticulationStorage fixed(body.body);
+    const Kinematics joints(body);
+    std::vector<float>& poses = around_poses_.emplace_back(joints.pose_floats());
+    joints.write_poses(rest_state(body), poses);
+    bad_leaf = static_cast<std::uint32_t>(body.leaf_sources.size());
+    const Status added = checker_.add_fixed(fixed.desc(), poses, &bad_leaf);
+    require(added, source_of(body, bad_leaf));
+  }
   checker_.world().job().policies = policies_;
+  checker_.world().job().margin = options.margin;
 }
 
 void RobotSession::require(Status status, const std::string& what) const {

@@ -29,6 +29,8 @@ struct RobotSessionOptions {
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   Policies policies;
+  float margin = 0;          // metres
+  Span<const Robot> around;  // what stands around, each at rest
 };
 
 // States run in chunks, so memory stays bounded however many there are.
@@ -37,6 +39,9 @@ class RobotSession {
   // Links of ignored pairs are not tested. The robot must outlive the session. Throws std::runtime_error that names the
   // robot's shape and the engine's reason.
   RobotSession(const Robot& robot, Span<const LinkPair> ignored, const RobotSessionOptions& options);
+
+  // The body of options.around that a hit is with, by its index; -1: both links are the robot's.
+  std::int32_t around_of(const Hit& hit) { return checker_.fixed_of(hit); }
 
   Isa isa() const { return engine_isa(checker_.world().engine()); }
   std::uint32_t thread_count() const { return engine_thread_count(checker_.world().engine()); }
@@ -52,6 +57,7 @@ class RobotSession {
   const Robot& robot_;
   Kinematics kinematics_;
   Policies policies_;
+  std::vector<std::vector<float>> around_poses_;
   CollisionChecker checker_;
 };
 

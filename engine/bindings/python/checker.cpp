@@ -154,9 +154,8 @@ class Checker {
     World& world = checker_.world();
     for (std::size_t h = 0; h < world.hits().size; ++h) {
       const Hit& hit = world.hits()[h];
-      const auto fixed = static_cast<std::int32_t>(world.input(hit.batch_b) - world.inputs().data) - 1;
-      found.push_back({static_cast<std::uint32_t>(first + hit.instance_a), fixed, hit.link_a, hit.link_b,
-                       depths ? world.contacts()[h].depth : std::numeric_limits<float>::quiet_NaN()});
+      found.push_back({static_cast<std::uint32_t>(first + hit.instance_a), checker_.fixed_of(hit), hit.link_a,
+                       hit.link_b, depths ? world.contacts()[h].depth : std::numeric_limits<float>::quiet_NaN()});
     }
   }
 

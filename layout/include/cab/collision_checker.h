@@ -94,6 +94,11 @@ class CollisionChecker {
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
                                      MotionSearch& search) noexcept;
 
+  // Which fixed body a hit is with, in the order of add_fixed; -1: both links are the robot's.
+  std::int32_t fixed_of(const Hit& hit) noexcept {
+    return static_cast<std::int32_t>(world_.input(hit.batch_b) - world_.inputs().data) - 1;
+  }
+
   // How many states are tested at a time: 16 to 1024.
   std::uint32_t chunk() const noexcept { return chunk_; }
 

@@ -127,6 +127,15 @@ Command add_robot(CLI::App& app) {
           "least and greatest distance of two links over all states; give it again for other pairs")
       ->type_name("A,B")
       ->allow_extra_args(false);
+  command
+      .add_option("--around", o.around,
+                  "a URDF or MJCF file of what stands around, in the robot's frame: its links are tested at rest "
+                  "against those of the robot; give it again for others")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command.add_option("--margin", o.margin, "metres that links are apart at least, closer ones touch (default 0)")
+      ->type_name("METRES")
+      ->check(CLI::Range(0.0, 1e6));
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);

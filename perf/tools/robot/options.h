@@ -23,6 +23,8 @@ struct RobotCommandOptions {
   std::uint32_t random_count = 1000;                 // random states to check, without states_path
   std::string states_path;                           // empty: random states
   std::uint32_t seed = 1;
+  std::vector<std::string> around;                             // files of robots that stand around, at rest
+  double margin = 0;                                           // metres
   std::vector<std::pair<std::string, std::string>> distances;  // names of links
   Policies policies;
   Isa isa = Isa::kAuto;

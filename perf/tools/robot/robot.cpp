@@ -34,7 +34,7 @@ constexpr std::uint64_t kMostRecordedStates = 100000;
 
 // A pair of links that touches in some state.
 struct TouchingPair {
-  LinkPair links = {};
+  std::string link_a, link_b;
   std::uint64_t states = 0;
   std::uint64_t first_state = 0;
 };
@@ -58,6 +58,32 @@ struct RobotTotals {
 };
 
 const std::string& name_of(const scenes::Robot& robot, std::uint32_t link) { return robot.body.link_names[link]; }
+
+// The links of the robot, and after them those of each body that stands around.
+struct Links {
+  const scenes::Robot& robot;
+  Span<const scenes::Robot> around;
+  std::vector<std::uint32_t> begin;  // of each body around
+
+  Links(const scenes::Robot& of, Span<const scenes::Robot> bodies) : robot(of), around(bodies) {
+    auto next = static_cast<std::uint32_t>(of.links.size());
+    for (const scenes::Robot& body : bodies) {
+      begin.push_back(next);
+      next += static_cast<std::uint32_t>(body.links.size());
+    }
+    begin.push_back(next);
+  }
+  std::size_t count() const { return begin.back(); }
+  std::uint32_t second_of(const Hit& hit, std::int32_t body) const {
+    return hit.link_b + (body < 0 ? 0 : begin[static_cast<std::size_t>(body)]);
+  }
+  // Of a body around: the body's name and the link's.
+  std::string name(std::uint32_t link) const {
+    if (link < robot.links.size()) return name_of(robot, link);
+    const auto body = static_cast<std::size_t>(std::upper_bound(begin.begin(), begin.end(), link) - begin.begin()) - 1;
+    return around[body].body.name + "/" + name_of(around[body], link - begin[body]);
+  }
+};
 
 // The link of a name. It must have a shape.
 std::uint32_t find_link(const scenes::Robot& robot, const std::string& name) {
@@ -99,15 +125,15 @@ void set_rest(scenes::Robot& robot, const RobotCommandOptions& options) {
   }
 }
 
-void count_hits(RobotTotals& totals, const scenes::StateChunk& chunk, std::vector<TouchingPair>& table,
-                std::size_t links) {
+void count_hits(RobotTotals& totals, scenes::RobotSession& session, const Links& links, const scenes::StateChunk& chunk,
+                std::vector<std::uint64_t>& states, std::vector<std::uint64_t>& first_states) {
   std::uint32_t last = std::numeric_limits<std::uint32_t>::max();
   for (const Hit& hit : chunk.hits) {
     if (hit.instance_a != last) ++totals.colliding_states;
     last = hit.instance_a;
     ++totals.hits;
-    TouchingPair& pair = table[hit.link_a * links + hit.link_b];
-    if (pair.states++ == 0) pair = {{hit.link_a, hit.link_b}, 1, chunk.first + hit.instance_a};
+    const std::size_t pair = hit.link_a * links.count() + links.second_of(hit, session.around_of(hit));
+    if (states[pair]++ == 0) first_states[pair] = chunk.first + hit.instance_a;
   }
 }
 
@@ -121,29 +147,32 @@ void add_distances(RobotTotals& totals, const scenes::StateChunk& chunk) {
   }
 }
 
-void write_hits(std::ostream& out, const scenes::Robot& robot, const scenes::StateChunk& chunk) {
+void write_hits(std::ostream& out, scenes::RobotSession& session, const Links& links, const scenes::StateChunk& chunk) {
   for (const Hit& hit : chunk.hits)
-    out << chunk.first + hit.instance_a << ',' << csv_field(name_of(robot, hit.link_a)) << ','
-        << csv_field(name_of(robot, hit.link_b)) << '\n';
+    out << chunk.first + hit.instance_a << ',' << csv_field(links.name(hit.link_a)) << ','
+        << csv_field(links.name(links.second_of(hit, session.around_of(hit)))) << '\n';
 }
 
-RobotTotals check_states(scenes::RobotSession& session, const scenes::Robot& robot, const scenes::StateSource& states,
+RobotTotals check_states(scenes::RobotSession& session, const Links& links, const scenes::StateSource& states,
                          const RobotCommandOptions& options, std::ostream* hits) {
   RobotTotals totals;
   totals.states = states.count;
-  const std::vector<LinkPair> named = named_pairs(robot, options);
+  const std::vector<LinkPair> named = named_pairs(links.robot, options);
   for (const LinkPair& pair : named) totals.distances.push_back({pair});
-  const std::size_t links = robot.links.size();
-  std::vector<TouchingPair> table(links * links);
+  const std::size_t rows = links.robot.links.size();
+  std::vector<std::uint64_t> touching(rows * links.count()), first_states(touching.size());
   ProgressBar bar("states", states.count);
   totals.stats = session.run(states, named, [&](const scenes::StateChunk& chunk) {
-    count_hits(totals, chunk, table, links);
+    count_hits(totals, session, links, chunk, touching, first_states);
     add_distances(totals, chunk);
-    if (hits != nullptr) write_hits(*hits, robot, chunk);
+    if (hits != nullptr) write_hits(*hits, session, links, chunk);
     bar.advance(chunk.count);
   });
-  for (const TouchingPair& pair : table)
-    if (pair.states > 0) totals.pairs.push_back(pair);
+  for (std::size_t pair = 0; pair < touching.size(); ++pair)
+    if (touching[pair] > 0)
+      totals.pairs.push_back({links.name(static_cast<std::uint32_t>(pair / links.count())),
+                              links.name(static_cast<std::uint32_t>(pair % links.count())), touching[pair],
+                              first_states[pair]});
   std::stable_sort(totals.pairs.begin(), totals.pairs.end(),
                    [](const TouchingPair& l, const TouchingPair& r) { return l.states > r.states; });
   return totals;
@@ -230,7 +259,8 @@ void print_table(const RobotCommandOptions& options, const scenes::Robot& robot,
   table.add_row({"tested pairs", std::to_string(count_pairs(robot) - masked.size())});
   table.add_row({"of them touch at rest", std::to_string(matrix.rest_pairs.size())});
   table.add_row({"states", std::to_string(totals.states)});
-  table.add_row({"states in self-collision", std::to_string(totals.colliding_states), masked_text});
+  table.add_row({options.around.empty() ? "states in self-collision" : "states in collision",
+                 std::to_string(totals.colliding_states), masked_text});
   table.add_row({"hits", std::to_string(totals.hits)});
   table.add_row({"t[total]", fixed(totals.stats.seconds_total, 5) + " s"});
   table.add_row({"exact test", policy_value(options.policies, "exact")});
@@ -249,8 +279,8 @@ void print_table(const RobotCommandOptions& options, const scenes::Robot& robot,
     pairs.add_row({"link", "link", "states", "share", "first state"});
     for (std::size_t p = 0; p < std::min(totals.pairs.size(), kPrintedPairs); ++p) {
       const TouchingPair& pair = totals.pairs[p];
-      pairs.add_row({name_of(robot, pair.links.a), name_of(robot, pair.links.b), std::to_string(pair.states),
-                     percent(pair.states, totals.states), std::to_string(pair.first_state)});
+      pairs.add_row({pair.link_a, pair.link_b, std::to_string(pair.states), percent(pair.states, totals.states),
+                     std::to_string(pair.first_state)});
     }
     pairs.print(std::cout);
   }
@@ -323,15 +353,14 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   for (std::uint32_t f = 0; f < policy_table().size; ++f)
     json["policies"][policy_table()[f].name] = policy_table()[f].values[policy_get(options.policies, f)].name;
   json["states"] = totals.states;
-  json["states_in_self_collision"] = totals.colliding_states;
+  json[options.around.empty() ? "states_in_self_collision" : "states_in_collision"] = totals.colliding_states;
   json["hits"] = totals.hits;
   json["box_tests"] = totals.stats.box_tests;
   json["exact_tests"] = totals.stats.exact_tests;
   json["pairs"] = Json::array();
   for (const TouchingPair& pair : totals.pairs) {
-    json["pairs"].push_back(pair_json(pair.links));
-    json["pairs"].back()["states"] = pair.states;
-    json["pairs"].back()["first_state"] = pair.first_state;
+    json["pairs"].push_back(
+        {{"link_a", pair.link_a}, {"link_b", pair.link_b}, {"states", pair.states}, {"first_state", pair.first_state}});
   }
   json["distances"] = Json::array();
   for (const DistanceRange& range : totals.distances) {
@@ -394,6 +423,9 @@ int robot_command(const RobotCommandOptions& options) {
   std::vector<std::string> inputs = {options.file};
   for (const std::string& path : {options.srdf_path, options.states_path})
     if (!path.empty()) inputs.push_back(path);
+  inputs.insert(inputs.end(), options.around.begin(), options.around.end());
+  if (!options.around.empty() && !options.recording.path.empty())
+    throw UsageError("--record: a recording has no bodies of --around; leave out one of the two");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 inputs);
   OutputFile hits(options.hits_path), json(options.json_path);
@@ -408,6 +440,11 @@ int robot_command(const RobotCommandOptions& options) {
   for (const std::vector<std::string>* notes : {&disabled.notes, &given.notes})
     robot.notes.insert(robot.notes.end(), notes->begin(), notes->end());
   for (const std::string& note : robot.notes) tell("note", note);
+  std::vector<scenes::Robot> around;
+  for (const std::string& file : options.around) {
+    around.push_back(scenes::import_robot(file, options.import));
+    for (const std::string& note : around.back().notes) tell("note", note);
+  }
 
   scenes::StateSource states = {options.random_count, [&](std::uint64_t index, double* state) {
                                   scenes::random_state(robot, options.seed, index, state);
@@ -420,12 +457,15 @@ int robot_command(const RobotCommandOptions& options) {
     throw UsageError("--record: " + std::to_string(states.count) + " states are too many; at most " +
                      std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
-  const scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies};
+  scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies, 0, {}};
   const scenes::Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
   std::vector<LinkPair> masked;
   for (const scenes::DisabledPair& pair : matrix.masked) masked.push_back(pair.links);
+  settings.margin = static_cast<float>(options.margin);
+  settings.around = around;
   scenes::RobotSession session(robot, masked, settings);
-  const RobotTotals totals = check_states(session, robot, states, options, hits ? &hits.stream() : nullptr);
+  const RobotTotals totals =
+      check_states(session, Links(robot, around), states, options, hits ? &hits.stream() : nullptr);
   if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);
   if (json) write_json(json, to_json(options, robot, session, matrix, totals));

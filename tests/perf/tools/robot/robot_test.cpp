@@ -259,6 +259,39 @@ TEST_CASE("hits of random states depend on the seed, not on the instruction set,
   CHECK((hits({"--seed", "2"}) != expected));
 }
 
+TEST_CASE("bodies around the robot touch it where they stand at rest, and a margin counts") {
+  const KnownRobot robot;
+  const std::string cell = robot.folder / "cell.urdf", states = robot.folder / "states.csv";
+  // At rest the wall begins at x = 12; slider reaches it from 11 - 3 on.
+  write_text(cell, "<robot name='cell'>" + link("post", "<sphere radius='1'/>") + link("wall", "<box size='2 2 2'/>") +
+                       joint("prismatic", "post", "wall", "13 0 0") +
+                       "<joint name='p' type='fixed'><parent link='root'/><child link='post'/></joint>" +
+                       "<link name='root'/></robot>");
+  write_text(states, "slider_joint,far_joint,ring_joint,wide_joint\n7.9,0,10,10\n8.1,0,10,10\n7.4,0,10,10\n");
+  const auto pairs_of = [](const Json& json) {
+    std::set<std::tuple<std::string, std::string, int, int>> out;
+    for (const Json& pair : json["pairs"])
+      out.emplace(pair["link_a"], pair["link_b"], pair["states"], pair["first_state"]);
+    return out;
+  };
+  const Words base = {"--samples", "0", "--states", states, "--around", cell};
+  Json json = robot.run(base);
+  CHECK(pairs_of(json).count({"slider", "cell/wall", 1, 1}) == 1);
+  CHECK(pairs_of(json).count({"base", "cell/post", 3, 0}) == 1);
+  CHECK(json["states_in_collision"] == 3);
+  Words with_margin = base;
+  with_margin.insert(with_margin.end(), {"--margin", "0.25"});
+  CHECK(pairs_of(robot.run(with_margin)).count({"slider", "cell/wall", 2, 0}) == 1);
+  CHECK(pairs_of(robot.run({"--samples", "0", "--states", states})).count({"slider", "cell/wall", 1, 1}) == 0);
+
+  Words recorded = base;
+  recorded.insert(recorded.begin(), robot.file);
+  recorded.insert(recorded.end(), {"--record", robot.folder / "r.cab"});
+  const Outcome refused = run_command("robot", recorded);
+  CHECK(refused.exit_code == 2);
+  CHECK(refused.error.find("--around") != std::string::npos);
+}
+
 TEST_CASE("wrong use of cab robot is told") {
   const KnownRobot known;
   const std::vector<std::pair<Words, std::string>> wrong = {
