@@ -364,6 +364,13 @@ TEST_CASE("a pair that is not tested, and joints above both links, do not count"
   CHECK(bound.length(zero, first, false) == 0);
   CHECK(bound.length(zero, second, false) == doctest::Approx(0.5).epsilon(1e-3));
   CHECK(bound.length(zero, first, true) == doctest::Approx(3).epsilon(1e-3));
+  // What overflows is no length: a sum of infinities of both signs.
+  JointedBody away = body;
+  away.links[0].translation[0] = 2;
+  MotionBound far_bound;
+  const double far[] = {1.7e308, 0};
+  REQUIRE(far_bound.set(desc, away.desc(), {}) == Status::kOk);
+  CHECK_FALSE(std::isfinite(far_bound.length(zero, far, true)));
   // Two links that turn on a common one: what both move counts.
   JointedBody fork = body;
   fork.parents = {-1, 0, 0};
