@@ -1203,12 +1203,12 @@ enum {
 // A joint. Its values are multiplier * state[variable] + offset, so that joints may follow the variable of another. A
 // CAB_JOINT_KIND_BALL takes three variables from `variable` on.
 typedef struct cab_JointDesc {
-  cab_JointKind kind;
-  uint32_t variable;  // index of its first variable in a state
-  double axis[3];     // x y z in its link's frame, of length 1. CAB_JOINT_KIND_BALL: not read
-  double anchor[3];   // x y z of the point that stays where it is when it turns, in its link's frame
-  double multiplier;  // finite
-  double offset;      // finite
+  cab_JointKind kind;  // how it moves its link
+  uint32_t variable;   // index of its first variable in a state
+  double axis[3];      // x y z in its link's frame, of length 1. CAB_JOINT_KIND_BALL: not read
+  double anchor[3];    // x y z of the point that stays where it is when it turns, in its link's frame
+  double multiplier;   // finite
+  double offset;       // finite
 } cab_JointDesc;
 
 // Where a link is in its parent's frame, and the joints that move it from there.

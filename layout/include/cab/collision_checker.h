@@ -32,7 +32,7 @@ enum class MotionAnswer : std::uint8_t {
 // How check_motions goes about it. resolution: a length in the robot's unit, above 0. Part of a motion in which no link
 // moves farther against another is not divided further.
 struct MotionSearch {
-  double resolution = 1e-3;
+  double resolution = 1e-3;  // in the robot's unit
   // One number per motion: of kColliding and kTooClose the first moment, 0 to 1, at which links touch or, to the
   // resolution, may touch. Before it the motion is proven free. Not written of others. Empty (default): a motion is
   // done at any moment at which links touch.
@@ -48,6 +48,7 @@ class CollisionChecker {
     world_.job().policies.exact = Exact::kConvex;
   }
 
+  // kOk if there is an engine, else why there is none.
   Status status() const noexcept { return world_.status(); }
 
   // The world, for policies, margins, contacts (want_contacts) and what has no function here. Its batches, rules,
@@ -259,14 +260,16 @@ inline Status CollisionChecker::check(Span<const double> states, Span<StateAnswe
 
 // A search in progress. Intervals are a stack: the last one comes first, and of the parts of one the earliest.
 struct CollisionChecker::Motions {
-  const double* from;
-  const double* to;
-  Span<MotionAnswer> answers;
-  MotionSearch& search;
-  std::size_t begun = 0;  // how many motions were begun
-  std::size_t size = 0;   // of the stack
+  const double* from;          // the caller's
+  const double* to;            // the caller's
+  Span<MotionAnswer> answers;  // the caller's
+  MotionSearch& search;        // the caller's
+  std::size_t begun = 0;       // how many motions were begun
+  std::size_t size = 0;        // of the stack
 
+  // That of the motion of an interval.
   double& first_moment(const Interval& interval) const noexcept { return search.first_moments[interval.motion]; }
+  // Whether the caller asks for first moments.
   bool wants_first() const noexcept { return !search.first_moments.empty(); }
 
   // Whether nothing more is to be found in an interval.
@@ -275,6 +278,7 @@ struct CollisionChecker::Motions {
     if (answer == MotionAnswer::kNotTested) return true;
     return answer == MotionAnswer::kColliding && (!wants_first() || interval.begin >= first_moment(interval));
   }
+  // Notes what was found at a moment of an interval.
   void find(const Interval& interval, double moment, MotionAnswer found) const noexcept {
     MotionAnswer& answer = answers[interval.motion];
     if (wants_first() && (answer == MotionAnswer::kFree || moment < first_moment(interval)))

@@ -17,9 +17,9 @@ enum class JointKind : std::uint8_t {
 // A joint. Its values are multiplier * state[variable] + offset, so that joints may follow the variable of another. A
 // kBall takes three variables from `variable` on.
 struct JointDesc {
-  JointKind kind = JointKind::kRevolute;
-  std::uint32_t variable = 0;    // index of its first variable in a state
-  double axis[3] = {0, 0, 1};    // x y z in its link's frame, of length 1. kBall: not read
+  JointKind kind = JointKind::kRevolute;  // how it moves its link
+  std::uint32_t variable = 0;             // index of its first variable in a state
+  double axis[3] = {0, 0, 1};             // x y z in its link's frame, of length 1. kBall: not read
   double anchor[3] = {0, 0, 0};  // x y z of the point that stays where it is when it turns, in its link's frame
   double multiplier = 1;         // finite
   double offset = 0;             // finite

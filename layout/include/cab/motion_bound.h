@@ -17,6 +17,7 @@
 
 namespace cab {
 
+// A robot whose motions are bounded: set once, then length() for each motion. One call at a time.
 class MotionBound {
  public:
   // Reads the links of a robot: its joints, the boxes of its leaves, and the pairs that are not tested. `kinematics`
