@@ -1,6 +1,7 @@
 // Random bodies with joints of all kinds, for tests of forward kinematics.
 #pragma once
 
+#include "perf/harness/random_rig.h"
 #include "perf/judge/oracle/random.h"
 
 #include <cab/kinematics.h>
@@ -43,6 +44,23 @@ inline JointedBody random_joints(Random& random, unsigned most_links) {
       if (random.chance(0.3)) joint.multiplier = random.uniform(-2, 2), joint.offset = random.uniform(-1, 1);
     }
   }
+  return out;
+}
+
+// A rig on the links of a body with joints.
+struct JointedRig {
+  JointedBody body;
+  Rig rig;
+};
+
+// length: by what the translations of links are multiplied.
+inline JointedRig random_jointed_rig(Random& random, unsigned most_links, unsigned most_leaves, double length) {
+  JointedRig out;
+  out.body = random_joints(random, most_links);
+  for (LinkPlaceDesc& link : out.body.links)
+    for (double& x : link.translation) x *= length;
+  out.rig = random_rig(random, Topology::kTree, static_cast<unsigned>(out.body.parents.size()), most_leaves);
+  out.rig.parents = out.body.parents;
   return out;
 }
 

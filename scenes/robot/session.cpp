@@ -25,7 +25,7 @@ const std::string& source_of(const Robot& robot, std::uint32_t leaf) {
 }  // namespace
 
 RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, const RobotSessionOptions& options)
-    : robot_(robot), kinematics_(robot), policies_(options.policies), checker_(engine_desc(options)) {
+    : robot_(robot), kinematics_(robot), checker_(engine_desc(options)) {
   require(checker_.status(), robot.body.name);
   const ArticulationStorage storage(robot.body);
   ArticulationDesc articulation = storage.desc();
@@ -42,7 +42,7 @@ RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, con
     const Status added = checker_.add_fixed(fixed.desc(), poses, &bad_leaf);
     require(added, source_of(body, bad_leaf));
   }
-  checker_.world().job().policies = policies_;
+  checker_.world().job().policies = options.policies;
   checker_.world().job().margin = options.margin;
 }
 
@@ -74,7 +74,8 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
             {slot, s, slot, s, static_cast<std::uint16_t>(pair.a), static_cast<std::uint16_t>(pair.b), 0, 0});
     contacts.resize(named.size());
     if (!named.empty())
-      require(compute_contacts(world.engine(), world.inputs(), policies_.depth, named, contacts), robot_.body.name);
+      require(compute_contacts(world.engine(), world.inputs(), world.job().policies.depth, named, contacts),
+              robot_.body.name);
     on_chunk({first, count, world.hits(), contacts});
   }
   return sum;

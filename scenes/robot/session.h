@@ -56,7 +56,6 @@ class RobotSession {
 
   const Robot& robot_;
   Kinematics kinematics_;
-  Policies policies_;
   std::vector<std::vector<float>> around_poses_;
   CollisionChecker checker_;
 };

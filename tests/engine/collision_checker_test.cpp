@@ -21,22 +21,6 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr float kPose[7] = {0, 0, 0, 1, 0, 0, 0};
 constexpr std::int32_t kOneLink[] = {-1};
 
-// A robot: a rig on the links of a body with joints.
-struct JointedRig {
-  JointedBody body;
-  Rig rig;
-};
-
-JointedRig random_robot(Random& random) {
-  JointedRig out;
-  out.body = random_joints(random, 10);
-  for (LinkPlaceDesc& link : out.body.links)
-    for (double& x : link.translation) x *= 0.4;
-  out.rig = random_rig(random, Topology::kTree, static_cast<unsigned>(out.body.parents.size()), 2);
-  out.rig.parents = out.body.parents;
-  return out;
-}
-
 std::vector<double> random_states(Random& random, const JointedRig& robot, std::size_t count) {
   std::vector<double> states(count * robot.body.variable_count);
   for (double& x : states) x = random.uniform(-3, 3);
@@ -109,7 +93,7 @@ TEST_CASE("states collide where frames of their poses have hits, alone and among
   for (std::uint64_t seed = 1; seed <= rounds(40); ++seed) {
     CAPTURE(seed);
     Random random(seed);
-    const JointedRig robot = random_robot(random);
+    const JointedRig robot = random_jointed_rig(random, 10, 2, 0.4);
     const std::size_t count = random.chance(0.2) ? 1000 + random.index(2000) : random.index(100);
     std::vector<double> states = random_states(random, robot, count);
     PlainWorld plain(robot, states);

@@ -3,7 +3,6 @@
 #include <cab/collision_checker.h>
 
 #include "perf/harness/random_joints.h"
-#include "perf/harness/random_rig.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>
@@ -21,20 +20,11 @@ using namespace cab::oracle;
 constexpr std::int32_t kOneLink[] = {-1};
 constexpr std::int32_t kTwoLinks[] = {-1, 0};
 
-struct JointedRig {
-  JointedBody body;
-  Rig rig;
-};
-
+// With short levers and thin boxes, so that some motions are free.
 JointedRig random_robot(Random& random) {
-  JointedRig out;
-  out.body = random_joints(random, 7);
-  for (LinkPlaceDesc& link : out.body.links)
-    for (double& x : link.translation) x *= 0.5;
+  JointedRig out = random_jointed_rig(random, 7, 1, 0.5);
   for (JointDesc& joint : out.body.joints)
     for (double& x : joint.anchor) x *= 0.2;
-  out.rig = random_rig(random, Topology::kTree, static_cast<unsigned>(out.body.parents.size()), 1);
-  out.rig.parents = out.body.parents;
   for (Leaf& leaf : out.rig.leaves)
     for (float& half : leaf.box.half) half *= 0.4f;
   return out;

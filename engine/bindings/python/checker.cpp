@@ -4,7 +4,6 @@
 
 #include <pybind11/stl.h>
 
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>

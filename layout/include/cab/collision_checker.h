@@ -116,8 +116,8 @@ class CollisionChecker {
     double begin, end;        // moments
     double length, rounding;  // MotionBound's of the whole motion
   };
-  // How many states of motions are tested at a time, how small, as a power of two, parts of a
-  // motion may become, and how many may wait.
+  // How many states of motions are tested at a time, how small, as a power of two, parts of a motion may become, and
+  // how many may wait.
   static constexpr std::uint32_t kMotionStates = 64, kMostDivisions = 50, kMostIntervals = 2048;
   // Into how many parts a motion is divided at first, and an interval that is not known to be free: more than two,
   // since the lanes of a tile are there even for one motion.
