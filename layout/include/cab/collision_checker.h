@@ -333,7 +333,7 @@ inline Status CollisionChecker::begin_motions(Motions& motions) noexcept {
 // has one margin, so intervals with the same step are tested together, and no answer depends on which others they are.
 inline double CollisionChecker::margin_of(const Interval& interval) noexcept {
   const double own = interval.length * (interval.end - interval.begin) / 2 + interval.rounding;
-  if (own == 0) return 0;
+  if (!(own > 0)) return 0;
   int exponent = 0;
   const double share = std::frexp(own, &exponent);
   for (const double step : {0.5, 0.59460355750136054, 0.70710678118654757, 0.84089641525371461})
@@ -366,7 +366,7 @@ inline Status CollisionChecker::divide(Motions& motions) noexcept {
     if (motions.is_done(interval)) continue;
     const double own = margin_of(interval);
     if (margin < 0) margin = own;
-    if (own == margin)
+    if (own <= margin && own >= margin)  // equal, but compilers warn of == between doubles
       taken[count++] = interval;
     else
       intervals_[--kept] = interval;
