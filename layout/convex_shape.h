@@ -1,6 +1,8 @@
 // A convex shape as the exact kernels read it.
 #pragma once
 
+#include "layout/polytope.h"
+
 #include <cab/types.h>
 
 namespace cab {
@@ -34,6 +36,8 @@ struct alignas(64) ConvexShape {
   // For double: the shape's axes in the link's frame, and the part that a hull was made from.
   double axis[3][3];
   const ConvexPart* part;
+
+  const Polytope* polytope;  // of a box or a hull of few vertices, with which its size or `unit` is multiplied; or null
 };
 static_assert(sizeof(ConvexShape) == 192);
 

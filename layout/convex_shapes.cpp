@@ -62,6 +62,12 @@ void set_hull(const ConvexPart& part, const double (&columns)[3][3], Arena& aren
       vertices[v / kChunk * 3 * kChunk + c * kChunk + v % kChunk] = sorted[std::min(v, count - 1)][c];
   shape.vertices = vertices.data;
   shape.reach = rounded_up(reach);
+  std::vector<double> exact;
+  if (count <= kMostVertices)
+    for (std::size_t v = 0; v < count; ++v)
+      for (std::size_t c = 0; c < 3; ++c)
+        exact.push_back(std::ldexp(static_cast<double>(part.vertices[3 * v + c]) - center[c], -exponent));
+  shape.polytope = make_polytope(exact, arena);
   Double3 position = double3(part.position);
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t c = 0; c < 3; ++c) position[c] += center[k] * columns[k][c];
@@ -106,6 +112,7 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
     case ShapeKind::kBox:
       shape.kind = ConvexKind::kBox;
       shape.reach = rounded_up(length(size));
+      shape.polytope = &unit_cube();
       break;
     case ShapeKind::kEllipsoid:
       shape.kind = ConvexKind::kEllipsoid;
@@ -146,6 +153,7 @@ ConvexShape shape_of_box(const Box& box) {
   ConvexShape shape = {};
   shape.unit = 1;
   shape.kind = ConvexKind::kBox;
+  shape.polytope = &unit_cube();
   set_axes(box, shape);
   store(double3(box.half), shape.size);
   store(double3(box.center), shape.position);

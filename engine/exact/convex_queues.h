@@ -125,6 +125,7 @@ class ConvexQueues {
       block.scale[lane] = block.scale[0];
       block.margin[lane] = block.margin[0];
     }
+    block.count = queue.count;
     run_(queue);
     queue.count = 0;
   }

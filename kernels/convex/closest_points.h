@@ -6,7 +6,7 @@
 
 namespace cab::kernel {
 
-// What GJK ends with. is_inside: the tetrahedron of `corner` contains the origin. is_apart: a plane
+// What GJK ends with in the lanes that it was asked for. is_inside: the tetrahedron of `corner` contains the origin. is_apart: a plane
 // across `normal`, which goes from the origin to the closest feature, parts the shapes; the first three corners are
 // those of that feature. Other lanes ended too near to the origin.
 template <class V>
@@ -18,20 +18,20 @@ struct Closest {
 };
 
 template <class V>
-CAB_NOINLINE Closest<V> find_closest(const ContactLanes<V>& pair) {
+CAB_NOINLINE Closest<V> find_closest(const ContactLanes<V>& pair, Mask<DoubleOf<V>> lanes) {
   using D = DoubleOf<V>;
   constexpr std::uint32_t kMostSteps = 64;
   const D zero(0.0), progress(kContactProgress);
   Vec3<D> v = minus(pair.t);
   v = choose<D>(dot(v, v) > zero, v, {D(1.0), zero, zero});
-  std::uint32_t active = (1u << kWidth<D>)-1;
+  std::uint32_t active = bits(lanes);
   const DifferencePoint<D> first = pair.farthest(minus(v), active);
   Simplex<D, DifferencePoint<D>> simplex, next;
   simplex.set(first);
   Closest<V> out;
   out.is_inside = out.is_apart = zero < zero;
   out.corner[3] = first;
-  Mask<D> running = simplex.length_sq > pair.slack * pair.slack;
+  Mask<D> running = both(lanes, simplex.length_sq > pair.slack * pair.slack);
   for (std::uint32_t step = 1; step < kMostSteps; ++step) {
     active = bits(running);
     if (!active) break;

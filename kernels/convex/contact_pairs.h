@@ -4,6 +4,7 @@
 #include "kernels/convex/closed_forms.h"
 #include "kernels/convex/depth_search.h"
 #include "kernels/convex/ellipsoid_depth.h"
+#include "kernels/convex/least_depth.h"
 
 #include <limits>
 
@@ -33,17 +34,103 @@ CAB_INLINE Touching<DoubleOf<V>> round_contact(const ContactLanes<V>& pair) {
   return {choose<D>(either(inside, meet), common, direction_of(between)), on_a, on_b};
 }
 
-// GJK, and where the shapes overlap without their balls, a search for the least depth.
+// Whether the faces and edges of two shapes are searched: those of a hull, and of what is no smooth shape with it.
+CAB_INLINE bool is_by_faces(ConvexKind a, ConvexKind b) {
+  const auto has_edges = [](ConvexKind kind) {
+    return kind == ConvexKind::kHull || kind == ConvexKind::kBox || kind == ConvexKind::kRound;
+  };
+  return has_edges(a) && has_edges(b) && (a == ConvexKind::kHull || b == ConvexKind::kHull);
+}
+
+// The lanes of polytopes, as bits: those that have a contact by their faces and edges, and those of them that may be
+// apart without their balls.
+struct PolytopeLanes {
+  std::uint32_t found = 0, apart = 0;
+};
+
+// Contacts of polytopes that overlap, or nearly do, without their balls.
+template <class V>
+CAB_NOINLINE PolytopeLanes polytope_contact(const ContactLanes<V>& pair, Touching<DoubleOf<V>>& out) {
+  using D = DoubleOf<V>;
+  constexpr std::uint32_t kWide = kWidth<D>;
+  alignas(64) double column[3][3][kWide], t[3][kWide], slack[kWide], found[9][kWide] = {};
+  struct {
+    alignas(64) double size[3][kWide], scale[kWide];
+  } sides[2];
+  const auto store = [](double(&to)[3][kWide], const Vec3<D>& from) {
+    Lanes<D>::store(to[0], from.x);
+    Lanes<D>::store(to[1], from.y);
+    Lanes<D>::store(to[2], from.z);
+  };
+  const auto load = [](const double(*from)[kWide]) {
+    return Vec3<D>{Lanes<D>::load(from[0]), Lanes<D>::load(from[1]), Lanes<D>::load(from[2])};
+  };
+  for (int k = 0; k < 3; ++k) store(column[k], pair.column[k]);
+  store(t, pair.t);
+  store(sides[0].size, pair.size_a);
+  store(sides[1].size, pair.size_b);
+  Lanes<D>::store(sides[0].scale, pair.scale_a);
+  Lanes<D>::store(sides[1].scale, pair.scale_b);
+  Lanes<D>::store(slack, pair.slack);
+  PolytopeLanes which;
+  for (std::uint32_t lanes = pair.used; lanes; lanes &= lanes - 1) {
+    const std::uint32_t i = lowest_bit(lanes);
+    const auto at = [i](const double(&from)[3][kWide]) { return Double3{from[0][i], from[1][i], from[2][i]}; };
+    const auto side = [&](const ConvexShape& shape, std::uint32_t s) {
+      const Double3 size = at(sides[s].size);
+      if (shape.kind == ConvexKind::kRound) return DepthSide{nullptr, {0, 0, size.z}};
+      if (shape.kind == ConvexKind::kBox) return DepthSide{shape.polytope, size};
+      const double unit = sides[s].scale[i] * static_cast<double>(shape.unit);
+      return DepthSide{shape.polytope, {unit, unit, unit}};
+    };
+    const ConvexShape &a = *pair.shapes_a[i], &b = *pair.shapes_b[i];
+    if ((a.kind != ConvexKind::kRound && !a.polytope) || (b.kind != ConvexKind::kRound && !b.polytope)) continue;
+    LeastDepth least;
+    least_depth<V>({side(a, 0), side(b, 1), {at(column[0]), at(column[1]), at(column[2])}, at(t)}, least);
+    which.found |= 1u << i;
+    which.apart |= least.depth > slack[i] ? 0 : 1u << i;
+    const Double3* const vectors[3] = {&least.normal, &least.on_a, &least.on_b};
+    for (int v = 0; v < 3; ++v) {
+      found[3 * v][i] = vectors[v]->x;
+      found[3 * v + 1][i] = vectors[v]->y;
+      found[3 * v + 2][i] = vectors[v]->z;
+    }
+  }
+  out = {load(found), load(found + 3), load(found + 6)};
+  return which;
+}
+
+// The lanes of some bits.
+template <class D>
+CAB_INLINE Mask<D> lanes_of(std::uint32_t bits) {
+  alignas(64) double is_set[kWidth<D>];
+  for (std::uint32_t i = 0; i < kWidth<D>; ++i) is_set[i] = static_cast<double>(bits >> i & 1);
+  return Lanes<D>::load(is_set) > D(0.0);
+}
+
+// By faces and edges where the shapes have them, else by GJK, and where the shapes overlap without their balls, a search
+// for the least depth.
 template <class V>
 CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
   using D = DoubleOf<V>;
-  Closest<V> closest = find_closest(pair);
+  Touching<D> by_faces;
+  const Mask<D> all = D(0.0) <= D(0.0);
+  Mask<D> lanes = all, known = without(all, all);
+  if (is_by_faces(pair.kind_a, pair.kind_b)) {
+    const PolytopeLanes which = polytope_contact(pair, by_faces);
+    const std::uint32_t left = pair.used & (~which.found | which.apart);
+    if (!left) return by_faces;
+    lanes = lanes_of<D>(left);
+    known = lanes_of<D>(which.found);
+  }
+  Closest<V> closest = find_closest(pair, lanes);
+  known = without(known, both(lanes, closest.is_apart));
   Vec3<D> normal = minus(closest.normal), on_difference = closest.normal;
   DifferencePoint<D>(&corner)[4] = closest.corner;
-  const Mask<D> overlap = without(D(0.0) <= D(0.0), closest.is_apart);
+  const Mask<D> overlap = without(without(lanes, closest.is_apart), known);
   if (bits(overlap)) {
     Exit<V> exit;
-    least_exit(pair, closest, starts, exit);
+    least_exit(pair, closest, overlap, starts, exit);
     take<D>(overlap, exit.normal, normal);
     take<D>(overlap, exit.depth * exit.normal, on_difference);
     for (int i = 0; i < 3; ++i) take<D>(overlap, exit.corner[i], corner[i]);
@@ -54,7 +141,12 @@ CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair,
     return corner[0].*at + (to_e * (corner[1].*at - corner[0].*at) + to_f * (corner[2].*at - corner[0].*at));
   };
   const Vec3<D> on_a = mean(&DifferencePoint<D>::on_a);
-  return {direction_of(normal), on_a, on_a - mean(&DifferencePoint<D>::at)};
+  Touching<D> out = {direction_of(normal), on_a, on_a - mean(&DifferencePoint<D>::at)};
+  if (!bits(known)) return out;
+  take<D>(known, by_faces.normal, out.normal);
+  take<D>(known, by_faces.on_a, out.on_a);
+  take<D>(known, by_faces.on_b, out.on_b);
+  return out;
 }
 
 // Newton's method; where it is stuck, as for needles, the better of its answer and the search's.

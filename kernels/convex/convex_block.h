@@ -21,6 +21,7 @@ struct ConvexBlock {
   ShiftTile shift;                        // the origin of b less the origin of a
   alignas(64) float scale[kLanes];        // a power of two by which lengths are multiplied, so that a pair has size 1
   alignas(64) float margin[kLanes] = {};  // see ConvexAnswer; 0 in all lanes or in none
+  std::uint32_t count = kLanes;           // the lanes that are in use: the first ones
 };
 
 // The most directions from which the search for a depth starts.

@@ -1,0 +1,163 @@
+// The contact of hulls that lie face to face or edge to edge: many vertices are equally deep, and the points must still
+// be in both bodies.
+#include "kernels/float_mode.h"
+#include "perf/judge/oracle/convex_faces.h"
+#include "tests/kernels/convex/random_block.h"
+#include "tests/kernels/isas.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace {
+
+using namespace cab;
+using namespace cab::tests;
+using oracle::Point;
+using oracle::Real;
+
+// The centres of hulls are kept in float, which moves points of size 1 by this much.
+constexpr Real kCentre = 0x1p-23L;
+
+// A prism or a tetrahedron of up to 2 * 8 vertices that stands on a face. Exact in float.
+std::vector<float> standing(Random& random) {
+  const std::uint32_t corners = 3 + random.index(6);
+  const bool is_pointed = random.chance(0.3);
+  std::vector<float> out;
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const double angle = 6.283185307179586 * (i + random.uniform(0, 0.8)) / corners, reach = random.uniform(0.4, 1);
+    const auto x = static_cast<float>(reach * std::cos(angle)), y = static_cast<float>(reach * std::sin(angle));
+    out.insert(out.end(), {x, y, -0.5f});
+    if (!is_pointed) out.insert(out.end(), {x, y, 0.5f});
+  }
+  if (is_pointed) out.insert(out.end(), {0.0f, 0.0f, 1.5f});
+  return out;
+}
+
+// A body: its vertices in the world, and the planes of its faces.
+struct Solid {
+  std::vector<Point> vertices;
+  oracle::HullFaces faces;
+
+  Solid(const std::vector<float>& local, const Point& at) {
+    for (std::size_t v = 0; v < local.size(); v += 3)
+      vertices.push_back(Point{{local[v], local[v + 1], local[v + 2]}} + at);
+    faces = oracle::find_faces(vertices);
+  }
+
+  // How far a point is outside of some face's plane.
+  Real outside(const Point& point) const {
+    Real out = -10;
+    for (const Point& normal : faces.normals) {
+      Real top = -10;
+      for (const Point& vertex : vertices) top = std::max(top, dot(normal, vertex));
+      out = std::max(out, dot(normal, point) - top);
+    }
+    return out;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("bodies that stand on each other touch at points of both, by every kernel with the same bits") {
+  const kernel::FloatMode mode;
+  std::uint64_t on_a_face = 0;
+  for (std::uint64_t round = 0; round < rounds(300); ++round) {
+    CAPTURE(round);
+    Random random(900 + round);
+    std::array<std::vector<float>, 2 * kLanes> vertices;
+    std::vector<ConvexPart> parts;
+    std::uint32_t begin[2 * kLanes + 1] = {};
+    float poses[2 * kLanes][7];
+    for (std::uint32_t i = 0; i < 2 * kLanes; ++i) {
+      vertices[i] = standing(random);
+      parts.push_back({ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices[i]});
+      begin[i + 1] = i + 1;
+      const auto side = [&] { return static_cast<float>(random.uniform(-0.5, 0.5)); };
+      const float pose[7] = {0, 0, 0, 1, side(), side(), i % 2 ? 1 - 0x1p-4f : 0.0f};  // the upper one 1/16 deep
+      std::copy_n(pose, 7, poses[i]);
+    }
+    Articulation articulation;
+    articulation.leaf_count = 2 * kLanes;
+    articulation.parts = parts;
+    articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
+    Arena arena{default_allocator()};
+    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+    kernel::ConvexBlock block;
+    block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      block.a.shape[i] = &shapes.shapes[2 * i];
+      block.b.shape[i] = &shapes.shapes[2 * i + 1];
+      block.a.pose[i] = poses[2 * i];
+      block.b.pose[i] = poses[2 * i + 1];
+      block.a.orientation[i] = block.b.orientation[i] = nullptr;
+      for (auto& by : block.shift.by) by[i] = 0;
+      block.scale[i] = 0.25f;
+    }
+    kernel::ConvexContacts found;
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      kernel::ConvexContacts other;
+      kernels->contact_pairs(block, kernel::kMostStarts, other);
+      if (kernels == available_kernels()[0]) found = other;
+      CHECK(same_bits(found, other));
+    }
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      CAPTURE(i);
+      const auto solid = [&](std::uint32_t s) { return Solid(vertices[s], {{poses[s][4], poses[s][5], poses[s][6]}}); };
+      const Solid a = solid(2 * i), b = solid(2 * i + 1);
+      const Point on_a = {{found.point_a[0][i], found.point_a[1][i], found.point_a[2][i]}},
+                  on_b = {{found.point_b[0][i], found.point_b[1][i], found.point_b[2][i]}},
+                  normal = {{found.normal[0][i], found.normal[1][i], found.normal[2][i]}};
+      const Point off = (on_a - on_b) - Real{found.depth[i]} * normal;
+      CHECK(dot(off, off) < kCentre * kCentre);
+      if (found.depth[i] < 0) continue;  // beside each other: no more than near
+      CHECK(a.outside(on_a) < kCentre);
+      CHECK(b.outside(on_b) < kCentre);
+      on_a_face += found.normal[2][i] > 0.999;
+      if (found.normal[2][i] > 0.999) CHECK(std::fabs(found.depth[i] - 0x1p-4) < 1e-6);
+    }
+  }
+  CHECK(on_a_face * 4 >= rounds(300) * kLanes);
+}
+
+TEST_CASE("vertices in two planes with edges across give a contact of edges") {
+  // Two wedges whose edges cross at right angles, 1/8 deep.
+  const kernel::FloatMode mode;
+  const std::vector<float> along_x = {-1, 0, 0, 1, 0, 0, -1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1},
+                           along_y = {0, -1, 0, 0, 1, 0, -1, -1, 1, -1, 1, 1, 1, -1, 1, 1, 1, 1};
+  const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, along_x},
+                                         {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, along_y}};
+  const std::uint32_t begin[] = {0, 1, 2};
+  Articulation articulation;
+  articulation.leaf_count = 2;
+  articulation.parts = parts;
+  articulation.leaf_part_begin = {begin, 3};
+  Arena arena{default_allocator()};
+  const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+  const float below[7] = {0, 0, 0, 1, 0, 0, 0}, above[7] = {0, 0, 0, 1, 0.25f, -0.5f, -0.125f};
+  kernel::ConvexBlock block;
+  block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+  for (std::uint32_t i = 0; i < kLanes; ++i) {
+    block.a.shape[i] = &shapes.shapes[0];
+    block.b.shape[i] = &shapes.shapes[1];
+    block.a.pose[i] = below;
+    block.b.pose[i] = above;
+    block.a.orientation[i] = block.b.orientation[i] = nullptr;
+    for (auto& by : block.shift.by) by[i] = 0;
+    block.scale[i] = 0.25f;
+  }
+  for (const kernel::KernelTable* kernels : available_kernels()) {
+    kernel::ConvexContacts found;
+    kernels->contact_pairs(block, kernel::kMostStarts, found);
+    CHECK(found.depth[0] == 0.125);
+    CHECK(found.normal[2][0] == 1);
+    const double right_a[3] = {0.25, 0, 0}, right_b[3] = {0.25, 0, -0.125};
+    for (std::size_t c = 0; c < 3; ++c) {
+      CHECK(found.point_a[c][0] == doctest::Approx(right_a[c]).epsilon(1e-12));
+      CHECK(found.point_b[c][0] == doctest::Approx(right_b[c]).epsilon(1e-12));
+    }
+  }
+}
