@@ -165,6 +165,7 @@ ConvexShape shape_of_box(const Box& box) {
 ConvexShapes make_convex_shapes(const Articulation& articulation, Arena& arena) {
   const Span<const std::uint32_t> part_begin = articulation.leaf_part_begin;
   std::vector<ConvexShape> shapes;
+  shapes.reserve(std::max<std::size_t>(articulation.leaf_count, articulation.parts.size));
   auto begin = arena.allocate<std::uint32_t>(articulation.leaf_count + 1);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
     begin[leaf] = static_cast<std::uint32_t>(shapes.size());

@@ -195,6 +195,7 @@ Status build_static_bodies(const StaticDesc& desc, const kernel::KernelTable& ke
   if (desc.triangles.size % 3 != 0 || !valid_vertices(desc)) return bad_triangle(desc.bodies.size, bad_element);
 
   LeafList list;
+  list.leaves.reserve(count);
   for (const StaticBody& body : desc.bodies) list.leaves.push_back({0, body.box, body.parts});
   if (const Status status = list.add_triangles(desc, bad_element); status != Status::kOk) return status;
   if (const Status status = build_leaves({list.leaves.data(), count}, out->arena, &out->leaves, bad_element);

@@ -8,6 +8,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 #include <vector>
@@ -171,6 +173,95 @@ TEST_CASE("a margin makes states collide that come closer, and contacts say how 
   REQUIRE(contacts.size == 2);
   CHECK(contacts[0].depth == doctest::Approx(-0.15));
   CHECK(contacts[1].depth == doctest::Approx(0.25));
+}
+
+TEST_CASE("points are what bodies of one ball are, in every answer") {
+  std::size_t colliding = 0, free = 0, hit_points = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(25); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const JointedRig robot = random_jointed_rig(random, 8, 2, 0.4);
+    const std::size_t count = 1 + random.index(random.chance(0.2) ? 2000 : 80);
+    const std::vector<double> states = random_states(random, robot, count);
+    std::vector<float> around_poses, points;
+    const Rig around = random_fixed(random, around_poses);
+    const auto point_count = static_cast<std::uint32_t>(1 + random.index(40));
+    const auto radius = static_cast<float>(random.uniform(0.01, 0.2));
+    for (std::uint32_t i = 0; i < point_count; ++i)
+      for (const double x : {random.normal(), random.normal(), random.normal()})
+        points.push_back(static_cast<float>(x));
+
+    CollisionChecker checker, plain;
+    for (CollisionChecker* one : {&checker, &plain}) {
+      REQUIRE(one->set_robot(robot.rig.desc(), robot.body.desc()) == Status::kOk);
+      one->world().job().margin = seed % 3 == 0 ? 0.1f : 0.0f;
+    }
+    // Points between two fixed bodies, so that numbers are counted over both.
+    const ConvexPart ball = {ShapeKind::kSphere, {0, 0, 0}, {0, 0, 0, 1}, {radius, 0, 0}, {}};
+    const Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {radius, radius, radius}), {&ball, 1}};
+    ArticulationDesc one_ball;
+    one_ball.link_parents = kOneLink;
+    one_ball.leaves = {&leaf, 1};
+    std::vector<std::array<float, 7>> poses(point_count);
+    REQUIRE(checker.add_points(points, radius) == Status::kOk);
+    REQUIRE(checker.add_fixed(around.desc(), around_poses) == Status::kOk);
+    REQUIRE(plain.add_fixed(around.desc(), around_poses) == Status::kOk);
+    for (std::uint32_t i = 0; i < point_count; ++i) {
+      poses[i] = {0, 0, 0, 1, points[3 * i], points[3 * i + 1], points[3 * i + 2]};
+      REQUIRE(plain.add_fixed(one_ball, poses[i]) == Status::kOk);
+    }
+    std::vector<StateAnswer> answers(count), expected(count);
+    REQUIRE(checker.check(states, answers) == Status::kOk);
+    REQUIRE(plain.check(states, expected) == Status::kOk);
+    CHECK(answers == expected);
+    for (const StateAnswer answer : answers) ++(answer == StateAnswer::kFree ? free : colliding);
+
+    // State, links, and what the second one is of: -1, 0 for the body, 1 and more for a point.
+    using Row = std::array<std::int64_t, 4>;
+    const std::uint32_t tested = std::min(checker.chunk(), static_cast<std::uint32_t>(count));
+    const Span<const double> first = {states.data(), tested * robot.body.variable_count};
+    REQUIRE(checker.find_hits(first, tested) == Status::kOk);
+    REQUIRE(plain.find_hits(first, tested) == Status::kOk);
+    std::vector<Row> rows, right;
+    for (const Hit& hit : checker.world().hits()) {
+      const std::int32_t fixed = checker.fixed_of(hit);
+      hit_points += fixed == 0;
+      const std::int64_t of = fixed < 0 ? -1 : fixed == 1 ? 0 : std::int64_t{1} + hit.instance_b;
+      rows.push_back({hit.instance_a, hit.link_a, fixed == 0 ? 0 : hit.link_b, of});
+    }
+    for (const Hit& hit : plain.world().hits())
+      right.push_back({hit.instance_a, hit.link_a, hit.link_b, plain.fixed_of(hit)});
+    std::sort(rows.begin(), rows.end());
+    std::sort(right.begin(), right.end());
+    CHECK(rows == right);
+  }
+  CHECK(colliding > least_count(200, 25));
+  CHECK(free > least_count(50, 25));
+  CHECK(hit_points > least_count(100, 25));
+}
+
+TEST_CASE("points that are none are refused, and answers stay as they were") {
+  const Plain plain;
+  CollisionChecker checker;
+  const float points[] = {0, 0, 0, 9, 9, 9};
+  CHECK(checker.add_points(points, 0.1f) == Status::kUnknownBatch);
+  REQUIRE(checker.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  CHECK(checker.add_points({points, 5}, 0.1f) == Status::kBadStaticBody);
+  CHECK(checker.add_points({nullptr, 3}, 0.1f) == Status::kBadStaticBody);
+  CHECK(checker.add_points(points, 0) == Status::kBadShape);
+  const float nan[] = {0, std::numeric_limits<float>::quiet_NaN(), 0};
+  CHECK(checker.add_points(nan, 0.1f) == Status::kBadStaticBody);
+  CHECK(checker.add_points({points, 0}, 0.1f) == Status::kNoInstances);
+  const double state = 0;
+  StateAnswer answer = StateAnswer::kNotTested;
+  REQUIRE(checker.check({&state, 1}, {&answer, 1}) == Status::kOk);
+  CHECK(answer == StateAnswer::kFree);
+  REQUIRE(checker.add_points({points + 3, 3}, 0.1f) == Status::kOk);
+  REQUIRE(checker.check({&state, 1}, {&answer, 1}) == Status::kOk);
+  CHECK(answer == StateAnswer::kFree);
+  REQUIRE(checker.add_points({points, 3}, 0.1f) == Status::kOk);
+  REQUIRE(checker.check({&state, 1}, {&answer, 1}) == Status::kOk);
+  CHECK(answer == StateAnswer::kColliding);
 }
 
 TEST_CASE("a checker refuses what it cannot take, and stays as it was") {

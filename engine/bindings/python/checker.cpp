@@ -4,6 +4,8 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -22,7 +24,7 @@ namespace {
 struct StateHit {
   std::uint32_t state;
   std::int32_t fixed;  // the fixed body that link_b is of; -1: the robot
-  std::uint16_t link_a, link_b;
+  std::uint32_t link_a, link_b;
   float depth;  // in metres; NaN unless depths are asked for
 };
 
@@ -65,6 +67,13 @@ class Checker {
     const Status status = run([&] { return checker_.add_fixed(body.desc(), *copy, &bad_leaf); });
     require(status, refused(status, bad_leaf));
     poses_.push_back(std::move(copy));
+    is_points_.push_back(false);
+  }
+
+  void add_points(const py::object& points, float radius) {
+    const Span<const float> given = span_of<const float>(points, {"points", {-1, 3}, "(n, 3)"});
+    require(run([&] { return checker_.add_points(given, radius); }));
+    is_points_.push_back(true);
   }
 
   py::array collides(const py::object& states) {
@@ -111,6 +120,22 @@ class Checker {
     return std::move(out);
   }
 
+  // Returns the nearest links, and their gradients, or an empty array if they are not asked for.
+  py::tuple distances(const py::object& states, float most, bool gradients) {
+    const Span<const double> values = values_of(states);
+    const auto count = states.cast<py::array>().shape(0), variables = static_cast<py::ssize_t>(variables_);
+    py::array_t<NearestLinks> out(count);
+    py::array_t<double> slopes({gradients ? count : 0, variables});
+    NearestLinks* const nearest = out.mutable_data();
+    const Span<double> slope_span = {slopes.mutable_data(), static_cast<std::size_t>(slopes.size())};
+    require(run([&] {
+      return checker_.find_nearest(values, {nearest, static_cast<std::size_t>(count)}, most, slope_span);
+    }));
+    for (py::ssize_t i = 0; i < count; ++i)
+      if (std::isnan(nearest[i].distance)) raise_not_tested(static_cast<std::size_t>(i));
+    return py::make_tuple(std::move(out), std::move(slopes));
+  }
+
   py::array edges(const py::object& from, const py::object& to, double resolution, bool first) {
     const Span<const double> starts = values_of(from), ends = values_of(to);
     const std::size_t count = from.cast<py::array>().shape(0);
@@ -149,17 +174,25 @@ class Checker {
     return span_of<const double>(states, {"states", {-1, static_cast<py::ssize_t>(variables_)}, "(n, variables)"});
   }
 
+  // Hits with points come after those of all states with the rest.
   void append(std::size_t first, bool depths, std::vector<StateHit>& found) {
     World& world = checker_.world();
+    const auto before = static_cast<std::ptrdiff_t>(found.size());
     for (std::size_t h = 0; h < world.hits().size; ++h) {
       const Hit& hit = world.hits()[h];
-      found.push_back({static_cast<std::uint32_t>(first + hit.instance_a), checker_.fixed_of(hit), hit.link_a,
-                       hit.link_b, depths ? world.contacts()[h].depth : std::numeric_limits<float>::quiet_NaN()});
+      const std::int32_t fixed = checker_.fixed_of(hit);
+      const std::uint32_t link_b =
+          fixed >= 0 && is_points_[static_cast<std::size_t>(fixed)] ? hit.instance_b : hit.link_b;
+      found.push_back({static_cast<std::uint32_t>(first + hit.instance_a), fixed, hit.link_a, link_b,
+                       depths ? world.contacts()[h].depth : std::numeric_limits<float>::quiet_NaN()});
     }
+    std::stable_sort(found.begin() + before, found.end(),
+                     [](const StateHit& a, const StateHit& b) { return a.state < b.state; });
   }
 
   std::size_t variables_;
   std::vector<std::unique_ptr<std::vector<float>>> poses_;  // of the fixed bodies
+  std::vector<bool> is_points_;                             // by number of what is fixed
   CollisionChecker checker_;
   std::mutex mutex_;  // never waited for with the interpreter's lock
 };
@@ -168,13 +201,16 @@ class Checker {
 
 void bind_checker(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(StateHit, state, fixed, link_a, link_b, depth);
+  PYBIND11_NUMPY_DTYPE(NearestLinks, distance, fixed, link_a, link_b, normal, point_a, point_b);
   PYBIND11_NUMPY_DTYPE(Edge, free, colliding, moment);
   py::class_<Checker>(module, "Checker")
       .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float>(),
            py::keep_alive<1, 2>())
       .def("add_fixed", &Checker::add_fixed)
+      .def("add_points", &Checker::add_points)
       .def("collides", &Checker::collides)
       .def("hits", &Checker::hits)
+      .def("distances", &Checker::distances)
       .def("edges", &Checker::edges)
       .def_property_readonly("isa", &Checker::isa)
       .def_property_readonly("thread_count", &Checker::thread_count);

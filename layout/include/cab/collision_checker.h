@@ -9,8 +9,11 @@
 // are tested exactly (Exact::kConvex). world().job() has the policies, and the margin that links keep at least.
 #pragma once
 
+#include <cab/distance_gradient.h>
 #include <cab/motion_bound.h>
 #include <cab/world.h>
+
+#include <limits>
 
 namespace cab {
 
@@ -38,6 +41,18 @@ struct MotionSearch {
   // done at any moment at which links touch.
   Span<double> first_moments;
   std::uint64_t states = 0;  // output: how many tests of a state there were
+};
+
+// The two links of a state that are nearest to each other, or deepest in each other.
+struct NearestLinks {
+  float distance = 0;        // in the robot's unit; below 0: less the depth. Infinity: none are as near as was asked
+                             // for. NaN: the state was not tested, as by StateAnswer::kNotTested
+  std::int32_t fixed = -1;   // what link_b is of, as CollisionChecker::fixed_of; -1: the robot
+  std::uint32_t link_a = 0;  // a link of the robot
+  std::uint32_t link_b = 0;  // a link, or of points the number of one
+  float normal[3] = {};      // of length 1, from a to b, in the robot's frame
+  float point_a[3] = {};     // the nearest or deepest point of a, in the robot's frame
+  float point_b[3] = {};     // the same of b
 };
 
 // One robot, its joints, and fixed bodies.
@@ -71,6 +86,14 @@ class CollisionChecker {
   [[nodiscard]] Status add_fixed(const ArticulationDesc& desc, Span<const float> poses,
                                  std::uint32_t* bad_leaf = nullptr) noexcept;
 
+  // Adds points that stand still in the robot's frame, such as those of a depth camera, after the robot: each as a ball.
+  // points: x y z for each; not read after the call. A hit with one has fixed_of() of these points, and the number of the
+  // point as instance_b. Fewer points per call, and fewer calls, make frames faster.
+  // Cost: 0.5 microseconds per point; then a frame 8 ns per point, and a state some microseconds.
+  // Statuses: kUnknownBatch (there is no robot), kBadStaticBody (points is not three finite numbers for each),
+  // kBadShape (the radius is not above 0), those of add_static_batch and add_batch.
+  [[nodiscard]] Status add_points(Span<const float> points, float radius) noexcept;
+
   // Answers for each state whether it collides. states: kinematics.variable_count numbers for each answer. A state is
   // done at its first touching pair.
   // Statuses: kUnknownBatch (there is no robot), kBadOutput (the sizes do not fit), those of run_frame.
@@ -95,9 +118,21 @@ class CollisionChecker {
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
                                      MotionSearch& search) noexcept;
 
-  // Which fixed body a hit is with, in the order of add_fixed; -1: both links are the robot's.
+  // Finds the nearest two tested links of each state, among those that are at most `most` apart. Unlike a margin this is
+  // a distance of the shapes themselves; world().job().margin plays no part. states: kinematics.variable_count numbers
+  // for each of `nearest`. gradients (may be empty): as many numbers, how the distance changes with each variable while
+  // the nearest points stay where they are on their links; 0 where the distance is infinite or NaN.
+  // Cost: some times that of find_hits, the less the nearer links are.
+  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadMargin (`most` is not finite, is
+  // below 0 or too large), those of run_frame.
+  [[nodiscard]] Status find_nearest(Span<const double> states, Span<NearestLinks> nearest, float most,
+                                    Span<double> gradients = {}) noexcept;
+
+  // Which fixed body, or set of points, a hit is with, in the order of add_fixed and add_points; -1: both links are the
+  // robot's.
   std::int32_t fixed_of(const Hit& hit) noexcept {
-    return static_cast<std::int32_t>(world_.input(hit.batch_b) - world_.inputs().data) - 1;
+    const auto number = static_cast<std::int32_t>(world_.input(hit.batch_b) - world_.inputs().data);
+    return number - (number > among_points_ ? 2 : 1);
   }
 
   // How many states are tested at a time: 16 to 1024.
@@ -129,6 +164,9 @@ class CollisionChecker {
   Status divide(Motions& motions) noexcept;
   static double margin_of(const Interval& interval) noexcept;
   Status test_states(Span<const double> states, std::uint32_t count, double margin) noexcept;
+  Status find_nearest_of(Span<const double> states, Span<NearestLinks> nearest, float most, double* gradients) noexcept;
+  void read_nearest(const double* states, const std::uint32_t* state_of, NearestLinks* nearest,
+                    double* gradients) noexcept;
 
   // The most states of a chunk, and the most links of all its states: their poses stay in a core's cache.
   static constexpr std::size_t kMostStates = 1024, kMostLinks = 16384;
@@ -144,10 +182,18 @@ class CollisionChecker {
   MotionBound bound_;
   Status has_bound_ = Status::kUnknownBatch;  // kOk: motions can be tested; else why not
   bool has_fixed_ = false;
+
+  // The robot once more, as characters, which points are tested against; made by the first add_points.
+  BatchId robot_among_points_;
+  std::int32_t among_points_ = std::numeric_limits<std::int32_t>::max();  // its place among the inputs
+  std::unique_ptr<std::uint8_t[]> touches_point_;                         // of a chunk
   // Made by the first check_motions.
   std::unique_ptr<Interval[]> intervals_;
   std::unique_ptr<double[]> motion_states_;
   std::uint8_t touches_[kMotionStates] = {};
+  // Made by the first find_nearest: the states of a chunk that are still open.
+  std::unique_ptr<double[]> open_states_;
+  std::unique_ptr<std::uint32_t[]> open_;
 };
 
 inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
@@ -212,6 +258,47 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   return status;
 }
 
+inline Status CollisionChecker::add_points(Span<const float> points, float radius) noexcept {
+  if (world_.status() != Status::kOk) return world_.status();
+  if (!robot_.value) return Status::kUnknownBatch;
+  const std::size_t count = points.size / 3;
+  if (points.size % 3 != 0 || !points.data || count > kMaxInstances) return Status::kBadStaticBody;
+  const std::unique_ptr<StaticBody[]> bodies(new (std::nothrow) StaticBody[count + 1]);
+  if (!bodies) return Status::kOutOfMemory;
+  ConvexPart ball;
+  ball.kind = ShapeKind::kSphere;
+  ball.size[0] = radius;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      bodies[i].origin[c] = static_cast<double>(points[3 * i + c]);
+      bodies[i].box.half[c] = radius;
+    }
+    bodies[i].parts = {&ball, 1};
+  }
+  if (!(radius > 0)) return Status::kBadShape;
+  Status status = Status::kOk;
+  if (!robot_among_points_.value) {
+    touches_point_.reset(new (std::nothrow) std::uint8_t[chunk_]);
+    if (!touches_point_) return Status::kOutOfMemory;
+    BatchInfo batch;
+    status = batch_info(world_.engine(), robot_, &batch);
+    if (status == Status::kOk)
+      status = world_.add_batch({batch.articulation, chunk_, BatchKind::kCharacters}, &robot_among_points_);
+    if (status != Status::kOk) return status;
+    BatchInput& input = *world_.input(robot_among_points_);
+    input.poses.data = poses_.get();
+    input.count = 0;
+    among_points_ = static_cast<std::int32_t>(&input - world_.inputs().data);
+  }
+  BatchId cloud;
+  status = world_.add_static_batch({{bodies.get(), count}, {}, {}}, &cloud);
+  if (status != Status::kOk) return status;
+  status = world_.add_rule({robot_among_points_, cloud});
+  if (status != Status::kOk) (void)world_.remove_batch(cloud);
+  has_fixed_ = has_fixed_ || status == Status::kOk;
+  return status;
+}
+
 // Poses and tests at most a chunk of states.
 inline Status CollisionChecker::run(Span<const double> states, std::uint32_t count, Report report,
                                     Span<std::uint8_t> in_contact) noexcept {
@@ -223,10 +310,18 @@ inline Status CollisionChecker::run(Span<const double> states, std::uint32_t cou
   input.count = count;
   input.flags = {flags_.get(), count};
   input.in_contact = in_contact;
+  BatchInput* const among_points = robot_among_points_.value ? world_.input(robot_among_points_) : nullptr;
+  if (among_points) {
+    among_points->count = count;
+    among_points->in_contact =
+        in_contact.empty() ? Span<std::uint8_t>() : Span<std::uint8_t>(touches_point_.get(), count);
+  }
   world_.job().report = report;
   status = world_.run();
   input.in_contact = {};
   world_.job().report = Report::kHits;
+  if (among_points && status == Status::kOk)
+    for (std::size_t i = 0; i < in_contact.size; ++i) in_contact[i] |= touches_point_[i];
   if (status == Status::kOk) flag_count_ = count;
   return status;
 }
@@ -256,6 +351,91 @@ inline Status CollisionChecker::check(Span<const double> states, Span<StateAnswe
   }
   flag_count_ = 0;
   return Status::kOk;
+}
+
+// Keeps of the pairs of the last frame the nearest of each state. state_of: which state an instance is of.
+inline void CollisionChecker::read_nearest(const double* states, const std::uint32_t* state_of, NearestLinks* nearest,
+                                           double* gradients) noexcept {
+  const Span<const Hit> hits = world_.hits();
+  const std::size_t links = kinematics_.link_parents.size, variables = kinematics_.variable_count;
+  for (std::size_t h = 0; h < hits.size; ++h) {
+    const Hit& hit = hits[h];
+    const Contact& contact = world_.contacts()[h];
+    NearestLinks& to = nearest[state_of[hit.instance_a]];
+    if (!(-contact.depth < to.distance)) continue;
+    to.distance = -contact.depth;
+    to.fixed = fixed_of(hit);
+    to.link_a = hit.link_a;
+    to.link_b = hit.batch_a == slot_of(robot_) ? hit.link_b : hit.instance_b;
+    std::copy_n(contact.normal, 3, to.normal);
+    std::copy_n(contact.point_a, 3, to.point_a);
+    std::copy_n(contact.point_b, 3, to.point_b);
+    if (!gradients) continue;
+    double* const gradient = gradients + state_of[hit.instance_a] * variables;
+    const float* const poses = poses_.get() + 7 * links * hit.instance_a;
+    const double* const state = states + hit.instance_a * variables;
+    std::fill_n(gradient, variables, 0.0);
+    add_gradient(kinematics_, state, poses, to.link_a, to.point_a, to.normal, -1, gradient);
+    if (to.fixed < 0) add_gradient(kinematics_, state, poses, to.link_b, to.point_b, to.normal, 1, gradient);
+  }
+}
+
+// find_nearest of at most a chunk of states. Margins grow from a sixty-fourth of `most`, and states that have a pair
+// within one are done.
+inline Status CollisionChecker::find_nearest_of(Span<const double> states, Span<NearestLinks> nearest, float most,
+                                                double* gradients) noexcept {
+  const std::size_t variables = kinematics_.variable_count;
+  auto count = static_cast<std::uint32_t>(nearest.size);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    nearest[i] = {};
+    nearest[i].distance = std::numeric_limits<float>::infinity();
+    open_[i] = i;
+  }
+  if (gradients) std::fill_n(gradients, count * variables, 0.0);
+  std::copy_n(states.data, states.size, open_states_.get());
+  for (float within = most / 64; count > 0; within = std::min(3 * within, most)) {
+    world_.job().margin = within;
+    const Status status = run({open_states_.get(), count * variables}, count, Report::kDistances, {});
+    if (status != Status::kOk) return status;
+    read_nearest(open_states_.get(), open_.get(), nearest.data, gradients);
+    if (!(within < most)) {
+      for (std::uint32_t i = 0; i < count; ++i)
+        if (flags_[i] != kInstanceOk) nearest[open_[i]].distance = std::numeric_limits<float>::quiet_NaN();
+      return Status::kOk;
+    }
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (nearest[open_[i]].distance <= within) continue;
+      std::copy_n(open_states_.get() + i * variables, variables, open_states_.get() + kept * variables);
+      open_[kept++] = open_[i];
+    }
+    count = kept;
+  }
+  return Status::kOk;
+}
+
+inline Status CollisionChecker::find_nearest(Span<const double> states, Span<NearestLinks> nearest, float most,
+                                             Span<double> gradients) noexcept {
+  if (world_.status() != Status::kOk) return world_.status();
+  if (!robot_.value) return Status::kUnknownBatch;
+  const std::size_t variables = kinematics_.variable_count, count = nearest.size;
+  if (states.size != count * variables || (states.size && !states.data) || (count && !nearest.data) ||
+      (!gradients.empty() && (gradients.size != states.size || !gradients.data)))
+    return Status::kBadOutput;
+  if (!(most >= 0)) return Status::kBadMargin;
+  if (!open_states_) open_states_.reset(new (std::nothrow) double[chunk_ * (variables + 1)]);
+  if (!open_) open_.reset(new (std::nothrow) std::uint32_t[chunk_]);
+  if (!open_states_ || !open_) return Status::kOutOfMemory;
+  const float own = world_.job().margin;
+  Status status = Status::kOk;
+  for (std::size_t first = 0; first < count && status == Status::kOk; first += chunk_) {
+    const std::size_t size = std::min<std::size_t>(chunk_, count - first);
+    status = find_nearest_of({states.data + first * variables, size * variables}, {nearest.data + first, size}, most,
+                             gradients.empty() ? nullptr : gradients.data + first * variables);
+  }
+  world_.job().margin = own;
+  flag_count_ = 0;
+  return status;
 }
 
 // A search in progress. Intervals are a stack: the last one comes first, and of the parts of one the earliest.

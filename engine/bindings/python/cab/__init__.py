@@ -15,7 +15,7 @@ from typing import List, NamedTuple
 
 from . import _cab
 from ._body import Body, Box, SkinnedBody, fit_box
-from ._checker import EDGE, STATE_HIT, CollisionChecker
+from ._checker import EDGE, NEAREST, STATE_HIT, CollisionChecker
 from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip, intervals_of
 from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
 from ._files import ALLOWED_COLLISION, MAX_FILE_BYTES, Motion, Robot, Variable, companion_files, load_motion
@@ -90,6 +90,7 @@ __all__ = [
     "MAX_FILE_BYTES",
     "MaskedWarning",
     "Motion",
+    "NEAREST",
     "OutOfMemory",
     "Policies",
     "PolicyField",

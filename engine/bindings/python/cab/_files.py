@@ -192,6 +192,16 @@ class Robot:
         """Which links touch in the states (n, variables): `CollisionChecker.hits` of the same checker."""
         return self._own_checker().hits(states, depths=depths)
 
+    def clearance(self, states: ArrayLike, most: float = 1.0) -> Float64Array:
+        """The least distance of links in the states (n, variables): `CollisionChecker.clearance` of the same checker."""
+        return self._own_checker().clearance(states, most)
+
+    def distances(
+        self, states: ArrayLike, most: float = 1.0, *, gradients: bool = False
+    ) -> Union[StructuredArray, Tuple[StructuredArray, Float64Array]]:
+        """The nearest links in the states (n, variables): `CollisionChecker.distances` of the same checker."""
+        return self._own_checker().distances(states, most, gradients=gradients)
+
     def edges(
         self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
     ) -> StructuredArray:

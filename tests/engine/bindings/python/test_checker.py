@@ -174,3 +174,113 @@ def test_all_pairs_of_the_panda_robot():
     states = robot.random_states(2000)
     hits = cab.Clip(robot.body, robot.poses(states)).hits(depths=False)
     assert np.flatnonzero(robot.collides(states)).tolist() == sorted(set(hits["frame"].tolist()))
+
+
+def test_distances_are_those_of_a_clip_and_name_their_links(arm):
+    states = arm.random_states(500, seed=9)
+    allowed = arm.allowed_collisions()
+    body = arm.body.ignoring(np.stack((allowed["a"], allowed["b"]), axis=1))
+    expected = cab.Clip(body, arm.poses(states)).distances(0.8, within=True)
+    rows = arm.distances(states, 0.8)
+    assert rows.dtype == cab.NEAREST and rows.shape == (500,)
+    near = np.isfinite(rows["distance"])
+    assert 50 < near.sum() < 450
+    assert np.array_equal(np.flatnonzero(near), expected["frame"])
+    for name in ("link_a", "link_b", "distance"):
+        assert np.array_equal(rows[name][near], expected[name])
+    assert (rows["fixed"][near] == -1).all()
+    found = rows[near]
+    gap = found["point_b"] - found["point_a"] - found["distance"][:, None] * found["normal"]
+    assert np.abs(gap).max() < 1e-4
+    assert np.array_equal(arm.clearance(states, 0.8), rows["distance"])
+    assert (arm.clearance(states, 0.4) <= 1).sum() < near.sum()
+
+    checker = cab.CollisionChecker(arm)
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, -1.5]])
+    rows = checker.distances(states, 5)
+    names = checker.names(rows)
+    assert len(names) == 500
+    for (a, b), row in zip(names, rows):
+        assert a == arm.body.names[row["link_a"]]
+        assert b == (table().names if row["fixed"] == 0 else arm.body.names)[row["link_b"]]
+    assert {row["fixed"] for row in rows} == {-1, 0}
+    assert checker.names(checker.hits(states)[:3]) != []
+
+
+def test_gradients_are_the_differences_of_distances(arm):
+    checker = cab.CollisionChecker(arm)
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, -1]])
+    states = arm.random_states(300, seed=2)
+    rows, slopes = checker.distances(states, 4, gradients=True)
+    assert slopes.shape == states.shape and slopes.dtype == np.float64
+    step = 1e-3
+    compared = 0
+    for v in range(states.shape[1]):
+        moved = [checker.distances(states + sign * step * np.eye(2)[v], 4) for sign in (1, -1)]
+        # Where the same links stay nearest and their points move smoothly.
+        same = np.isfinite(rows["distance"])
+        for other in moved:
+            same &= np.isfinite(other["distance"])
+            for name in ("fixed", "link_a", "link_b"):
+                same &= other[name] == rows[name]
+            same &= np.linalg.norm(other["point_a"] - rows["point_a"], axis=1) < 0.02
+            same &= np.linalg.norm(other["normal"] - rows["normal"], axis=1) < 0.02
+        difference = (moved[0]["distance"] - moved[1]["distance"]) / (2 * step)
+        assert np.allclose(slopes[same, v], difference[same], atol=0.02)
+        compared += (same & (np.abs(difference) > 0.1)).sum()
+    assert compared > 100
+    assert not slopes[~np.isfinite(rows["distance"])].any()
+
+
+def test_distances_refuse_what_they_cannot_take(arm):
+    with pytest.raises(ValueError, match=r"states\[1\]: a number is not finite"):
+        arm.distances([[0, 0], [float("nan"), 0]])
+    with pytest.raises(ValueError, match=r"states: .*\(n, 2\)"):
+        arm.clearance([[0, 0, 0]])
+    for most in (-1, float("inf"), float("nan")):
+        with pytest.raises((ValueError, cab.Error), match="margin"):
+            arm.clearance([[0, 0]], most)
+    assert arm.distances(np.empty((0, 2))).shape == (0,)
+    rows, slopes = arm.distances(np.empty((0, 2)), gradients=True)
+    assert rows.shape == (0,) and slopes.shape == (0, 2)
+
+
+def test_points_are_balls_of_their_radius(arm):
+    rng = np.random.default_rng(4)
+    points = (rng.uniform(-1, 1, (200, 3)) * [0.15, 4, 4]).astype("f4")  # about the plane of the arm
+    points = points[np.abs(points).max(axis=1) > 0.7]  # not in its base
+    count = len(points)
+    states = arm.random_states(400, seed=3)
+    checker = cab.CollisionChecker(arm)
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, -1.5]])
+    checker.add_points(points, 0.05, name="cloud")
+    hits = checker.hits(states, depths=True)
+    assert (np.diff(hits["state"].astype(int)) >= 0).all()
+    touched = hits[hits["fixed"] == 1]
+    assert len(touched) > 50 and len(set(touched["link_b"])) > 20
+    assert np.flatnonzero(checker.collides(states)).tolist() == sorted(set(hits["state"].tolist()))
+    assert checker.names(touched[:1])[0][1] == f"cloud {touched['link_b'][0]}"
+
+    # The same as bodies of their own.
+    other = cab.CollisionChecker(arm)
+    other.add_fixed(table(), [[0, 0, 0, 1, 0, 0, -1.5]])
+    ball = cab.Body.from_boxes([-1] * count, [[0.05] * 3] * count, shapes=[cab.Shape.sphere(0.05)] * count)
+    poses = np.concatenate((np.tile([0, 0, 0, 1], (count, 1)), points), axis=1)
+    other.add_fixed(ball, poses)
+    expected = other.hits(states, depths=True)
+    order = ["state", "fixed", "link_a", "link_b"]
+    assert np.array_equal(np.sort(hits, order=order)[order], np.sort(expected, order=order)[order])
+    assert np.allclose(np.sort(hits, order=order)["depth"], np.sort(expected, order=order)["depth"], atol=1e-6)
+    near, far = checker.distances(states, 0.5), other.distances(states, 0.5)
+    assert np.allclose(near["distance"], far["distance"], atol=1e-6)
+    ways = checker.edges(states[:-1], states[1:])
+    assert np.array_equal(ways["free"], other.edges(states[:-1], states[1:])["free"])
+
+    for bad in ([[0, 0, float("nan")]], np.empty((0, 3))):
+        with pytest.raises((ValueError, cab.Error)):
+            checker.add_points(bad, 0.1)
+    with pytest.raises((ValueError, cab.Error)):
+        checker.add_points(points, 0)
+    with pytest.raises(ValueError, match=r"points: .*\(n, 3\)"):
+        checker.add_points([[0, 0]], 0.1)
+    assert np.array_equal(checker.hits(states, depths=True), hits)

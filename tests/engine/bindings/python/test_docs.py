@@ -1,4 +1,4 @@
-"""The programs that docs/python.md quotes run and print what it says."""
+"""The programs that docs/python.md and docs/robots_in_python.md quote run and print what they say."""
 
 import importlib.util
 import os
@@ -6,7 +6,9 @@ import pathlib
 import re
 import subprocess
 import sys
+import types
 
+import numpy as np
 import pytest
 
 import cab
@@ -14,6 +16,7 @@ from conftest import ROOT
 
 HERE = pathlib.Path(__file__).parent
 DOCUMENT = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+ROBOTS = (ROOT / "docs/robots_in_python.md").read_text(encoding="utf-8")
 
 
 def run(program, *arguments):
@@ -22,9 +25,19 @@ def run(program, *arguments):
     ).stdout
 
 
-def printed_in_docs(program):
+def printed_in_docs(program, document=DOCUMENT):
     """The block of text that follows the quote of a program."""
-    return re.search(rf"<!-- tests/engine/bindings/python/{program} -->\n.*?```text\n(.*?)```", DOCUMENT, re.S).group(1)
+    return re.search(rf"<!-- tests/engine/bindings/python/{program} -->\n.*?```text\n(.*?)```", document, re.S).group(1)
+
+
+def need_matplotlib():
+    if importlib.util.find_spec("matplotlib") is None:
+        pytest.skip("matplotlib is not installed (Debian: python3-matplotlib)")
+
+
+def need_files():
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
 
 
 def test_the_crowd_prints_what_the_document_says():
@@ -32,10 +45,8 @@ def test_the_crowd_prints_what_the_document_says():
 
 
 def test_the_clip_is_cleaned_as_the_document_says(tmp_path):
-    if importlib.util.find_spec("matplotlib") is None:
-        pytest.skip("matplotlib is not installed (Debian: python3-matplotlib)")
-    if not cab._cab.reads_files:
-        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    need_matplotlib()
+    need_files()
     clips = list(pathlib.Path("/usr/share/assimp").rglob("01_01.bvh"))
     if not clips:
         pytest.skip("the clip 01_01.bvh is not there (Debian: assimp-testmodels)")
@@ -45,9 +56,70 @@ def test_the_clip_is_cleaned_as_the_document_says(tmp_path):
 
 
 def test_the_arm_collides_as_the_document_says():
-    if not cab._cab.reads_files:
-        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
-    assert run("arm_states.py") == printed_in_docs("arm_states.py")
+    need_files()
+    assert run("arm_states.py", HERE / "arm.urdf") == printed_in_docs("arm_states.py", ROBOTS)
+
+
+def test_the_arm_finds_its_way_out_as_the_document_says(tmp_path):
+    need_matplotlib()
+    need_files()
+    picture = tmp_path / "arm.png"
+    assert run("arm_clearance.py", HERE / "arm.urdf", picture) == printed_in_docs("arm_clearance.py", ROBOTS)
+    assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 5000
+
+
+class Tensor(np.ndarray):
+    """What the loss uses of PyTorch's tensor."""
+
+    def detach(self):
+        return self
+
+    def numpy(self):
+        return np.asarray(self)
+
+
+class Function:
+    """What the loss uses of torch.autograd.Function."""
+
+    @classmethod
+    def apply(cls, *inputs):
+        context = types.SimpleNamespace()
+        return cls.forward(context, *inputs), lambda gradient: cls.backward(context, gradient)
+
+
+def test_the_gradient_of_the_loss_is_the_difference_of_its_values(monkeypatch):
+    need_files()
+    torch = types.ModuleType("torch")
+    torch.autograd = types.SimpleNamespace(Function=Function)
+    torch.from_numpy = lambda array: array.view(Tensor)
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    monkeypatch.syspath_prepend(HERE)
+    clearance = importlib.import_module("clearance_loss").Clearance
+
+    robot = cab.Robot(HERE / "arm.urdf")
+    checker = cab.CollisionChecker(robot)
+    checker.add_fixed(cab.Body.from_boxes([-1], [[2, 2, 0.05]]), [[0, 0, 0, 1, 0, 3, 0.3]])
+    weights = np.random.default_rng(1).uniform(0.5, 2, 40)
+    # Above the table, where the lower arm alone comes near it.
+    states = np.stack((np.linspace(-1, -0.4, 40), np.linspace(-1.7, -0.9, 40)), axis=1).view(Tensor)
+
+    def loss(at):
+        values, back = clearance.apply(at, checker, 0.45)
+        return (weights * values).sum(), back
+
+    value, back = loss(states)
+    gradient, *others = back(weights)
+    assert others == [None, None] and value > 0
+    step = 1e-3
+    near = np.asarray(checker.clearance(states, 0.45) < 0.4)
+    assert near.sum() > 5
+    for i in np.flatnonzero(near):
+        for v in range(2):
+            moved = np.zeros_like(states)
+            moved[i, v] = step
+            difference = (loss(states + moved)[0] - loss(states - moved)[0]) / (2 * step)
+            assert difference == pytest.approx(gradient[i, v], abs=0.01)
+    assert not np.asarray(gradient)[np.isinf(checker.clearance(states, 0.45))].any()
 
 
 def test_other_lines_of_python_in_the_document_run():
