@@ -279,6 +279,10 @@ inline constexpr double kGapRounding = 0x1p-40;
 inline constexpr float kRoundSlack = 0x1p-17f;
 inline constexpr float kRoundTiny = 0x1p-49f;
 
+// How far rounding poses between two frames to float moves points, of the lengths that they are sums of. 2^-20; step
+// 17.4: 2^-21.
+inline constexpr double kPathRounding = 0x1p-20;
+
 // The sine and cosine of kernels/sine.h are off by at most this. 2^-51; step 15.1: 2^-51.6.
 inline constexpr double kSineError = 0x1p-51;
 

@@ -179,8 +179,8 @@ class Builder {
   // The triangle to the left of the way from one vertex to another.
   std::uint32_t& beside(std::uint32_t from, std::uint32_t to) { return beside_[from * points_.size() + to]; }
 
-  // The hull of all points, one after the other (Clarkson and Shor 1989, without their sets of conflicts). Returns false
-  // if rounding leaves open which faces a point sees.
+  // The hull of all points, one after the other (Clarkson and Shor 1989, without their sets of conflicts). Returns
+  // false if rounding leaves open which faces a point sees.
   bool grow(const std::uint32_t (&first)[4]) {
     beside_.assign(points_.size() * points_.size(), kNone);
     std::uint32_t a = first[0], b = first[1];

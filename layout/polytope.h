@@ -40,8 +40,8 @@ struct Polytope {
 inline std::uint32_t padded_for_lanes(std::uint32_t count) { return (count + 15) / 16 * 16; }
 
 // The polytope of a hull's vertices: x, y, z of one after the other, in units in which the largest is about 1. Null if
-// there are more than kMostVertices, if they lie in one line, or if rounding leaves open what the faces are. All its arrays are
-// in the arena. Throws std::bad_alloc.
+// there are more than kMostVertices, if they lie in one line, or if rounding leaves open what the faces are. All its
+// arrays are in the arena. Throws std::bad_alloc.
 const Polytope* make_polytope(Span<const double> vertices, Arena& arena);
 
 // The cube with vertices at -1 and 1. It lives as long as the program.

@@ -20,6 +20,16 @@ class LinkPath {
 
   double scale_at(double t) const { return pose_[0].scale + t * (pose_[1].scale - pose_[0].scale); }
 
+  // How far the link's origin moves from t = 0 to 1, in the world's axes, and where it is at t.
+  Double3 drift() const { return place_at(1) - place_at(0); }
+  Double3 place_at(double t) const {
+    return Double3{origin_at(t, 0), origin_at(t, 1), origin_at(t, 2)} + pose_[0].translation +
+           t * (pose_[1].translation - pose_[0].translation);
+  }
+
+  // The greatest speed with which the link turns, in radians per unit of t.
+  double most_turn() const;
+
   // One component of the origin of its instance at t.
   double origin_at(double t, std::uint32_t component) const {
     return origin_[0][component] + t * (origin_[1][component] - origin_[0][component]);

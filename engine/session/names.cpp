@@ -95,7 +95,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadInstance: return "instance is not one of the batch's instances in this call";
     case Status::kBadPairs:
       return "pairs names a batch without input, a missing instance, a link without leaves, or a link twice";
-    case Status::kBadSteps: return "steps must be 1 to 4096";
+    case Status::kBadResolution: return "resolution must be above 0, and at most 1e18";
     case Status::kBadOutput: return "an output is null or too small";
     case Status::kNullArgument: return "a pointer of the C API that must not be null is null";
     case Status::kHitsOverflow: return "hits is too small for all hits";

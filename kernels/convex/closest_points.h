@@ -6,9 +6,9 @@
 
 namespace cab::kernel {
 
-// What GJK ends with in the lanes that it was asked for. is_inside: the tetrahedron of `corner` contains the origin. is_apart: a plane
-// across `normal`, which goes from the origin to the closest feature, parts the shapes; the first three corners are
-// those of that feature. Other lanes ended too near to the origin.
+// What GJK ends with in the lanes that it was asked for. is_inside: the tetrahedron of `corner` contains the origin.
+// is_apart: a plane across `normal`, which goes from the origin to the closest feature, parts the shapes; the first
+// three corners are those of that feature. Other lanes ended too near to the origin.
 template <class V>
 struct Closest {
   using D = DoubleOf<V>;

@@ -108,8 +108,8 @@ CAB_INLINE Mask<D> lanes_of(std::uint32_t bits) {
   return Lanes<D>::load(is_set) > D(0.0);
 }
 
-// By faces and edges where the shapes have them, else by GJK, and where the shapes overlap without their balls, a search
-// for the least depth.
+// By faces and edges where the shapes have them, else by GJK, and where the shapes overlap without their balls, a
+// search for the least depth.
 template <class V>
 CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
   using D = DoubleOf<V>;

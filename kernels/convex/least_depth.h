@@ -1,7 +1,7 @@
 // The least depth of two polytopes, or of a polytope and a segment. Their difference is a polytope too; the depth is
-// least along the outward normal of one of its faces. These come from a face of one shape, or from an edge of each whose
-// arcs on the sphere of normals cross (Gregorius 2013, The separating axis test between convex polyhedra). All are tried
-// in float, with faces and edges as lanes, and the best again in double.
+// least along the outward normal of one of its faces. These come from a face of one shape, or from an edge of each
+// whose arcs on the sphere of normals cross (Gregorius 2013, The separating axis test between convex polyhedra). All
+// are tried in float, with faces and edges as lanes, and the best again in double.
 #pragma once
 
 #include "kernels/convex/contact_lanes.h"

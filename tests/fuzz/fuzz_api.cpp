@@ -489,8 +489,8 @@ struct Session {
       pair.link_b = static_cast<std::uint16_t>(bytes.below(3));
       const Span<const BatchInput> all = inputs;
       float moment = -1;
-      const Status found =
-          find_touching_moments(engine, spoiled(bytes, all), all, bytes.below(40), {&pair, 1}, {&moment, 1});
+      const Status found = find_touching_moments(engine, spoiled(bytes, all), all,
+                                                 bytes.rarely() ? bytes.number() : 0.05f, {&pair, 1}, {&moment, 1});
       FUZZ_CHECK(found == Status::kOk ? (moment >= 0 && moment <= 1) || moment == kNeverTouch : moment == -1);
     }
     if (bytes.rarely()) job.margin = bytes.number();

@@ -92,7 +92,7 @@ CAB_SAME_VALUE(Status::kContactsNeedExact, CAB_STATUS_CONTACTS_NEED_EXACT);
 CAB_SAME_VALUE(Status::kLodWithoutShapes, CAB_STATUS_LOD_WITHOUT_SHAPES);
 CAB_SAME_VALUE(Status::kBadInstance, CAB_STATUS_BAD_INSTANCE);
 CAB_SAME_VALUE(Status::kBadPairs, CAB_STATUS_BAD_PAIRS);
-CAB_SAME_VALUE(Status::kBadSteps, CAB_STATUS_BAD_STEPS);
+CAB_SAME_VALUE(Status::kBadResolution, CAB_STATUS_BAD_RESOLUTION);
 CAB_SAME_VALUE(Status::kBadOutput, CAB_STATUS_BAD_OUTPUT);
 CAB_SAME_VALUE(Status::kNullArgument, CAB_STATUS_NULL_ARGUMENT);
 CAB_SAME_VALUE(Status::kHitsOverflow, CAB_STATUS_HITS_OVERFLOW);
@@ -217,7 +217,6 @@ static_assert(kNoLeaf == CAB_NO_LEAF);
 static_assert(kNoJoint == CAB_NO_JOINT);
 static_assert(kAllInstances == CAB_ALL_INSTANCES);
 static_assert(kNeverTouch == CAB_NEVER_TOUCH);
-static_assert(kMaxSteps == CAB_MAX_STEPS);
 static_assert(kMaxTicks == CAB_MAX_TICKS);
 static_assert(kNow == CAB_NOW);
 static_assert(kQueryKindCount == CAB_QUERY_KIND_COUNT);
@@ -759,11 +758,11 @@ cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, con
 }
 
 cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last, cab_ConstBatchInputSpan inputs,
-                                     uint32_t steps, cab_ConstHitSpan pairs, cab_FloatSpan moments) {
+                                     float resolution, cab_ConstHitSpan pairs, cab_FloatSpan moments) {
   if (!engine) return CAB_STATUS_NULL_ARGUMENT;
   return cab::as<cab_Status>(
       cab::find_touching_moments(*cab::at<cab::Engine>(engine), cab::as<cab::Span<const cab::BatchInput>>(last),
-                                 cab::as<cab::Span<const cab::BatchInput>>(inputs), steps,
+                                 cab::as<cab::Span<const cab::BatchInput>>(inputs), resolution,
                                  cab::as<cab::Span<const cab::Hit>>(pairs), cab::as<cab::Span<float>>(moments)));
 }
 

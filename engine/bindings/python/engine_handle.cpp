@@ -437,15 +437,15 @@ py::array EngineHandle::sweep_margins(const FrameInput& last, const FrameInput& 
 }
 
 py::array EngineHandle::find_touching_moments(const std::vector<FrameInput*>& last,
-                                              const std::vector<FrameInput*>& inputs, std::uint32_t steps,
+                                              const std::vector<FrameInput*>& inputs, float resolution,
                                               const py::object& pairs) {
   const std::shared_ptr<Engine> held = engine();
   const CallInputs before(last), now(inputs);
   const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
   py::array moments = empty_array(py::dtype::of<float>(), pair_list.size());
   const auto values = values_of<float>(moments);
-  const Status status =
-      reading([&] { return cab::find_touching_moments(*held, before.all(), now.all(), steps, pair_list, values); });
+  const Status status = reading(
+      [&] { return cab::find_touching_moments(*held, before.all(), now.all(), resolution, pair_list, values); });
   require(status);
   return moments;
 }

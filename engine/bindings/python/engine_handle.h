@@ -85,7 +85,7 @@ class EngineHandle {
   py::array compute_boxes(const FrameInput& input, const PolicyNames& policies);
   py::array sweep_margins(const FrameInput& last, const FrameInput& input);
   py::array find_touching_moments(const std::vector<FrameInput*>& last, const std::vector<FrameInput*>& inputs,
-                                  std::uint32_t steps, const py::object& pairs);
+                                  float resolution, const py::object& pairs);
   py::array spatial_order(std::uint64_t batch);
   py::tuple why_masked(const FrameInput& input, std::uint32_t instance);
 

@@ -458,7 +458,7 @@ int main(void) {
   printf("    lod_without_shapes: %d,\n", (int)CAB_STATUS_LOD_WITHOUT_SHAPES);
   printf("    bad_instance: %d,\n", (int)CAB_STATUS_BAD_INSTANCE);
   printf("    bad_pairs: %d,\n", (int)CAB_STATUS_BAD_PAIRS);
-  printf("    bad_steps: %d,\n", (int)CAB_STATUS_BAD_STEPS);
+  printf("    bad_resolution: %d,\n", (int)CAB_STATUS_BAD_RESOLUTION);
   printf("    bad_output: %d,\n", (int)CAB_STATUS_BAD_OUTPUT);
   printf("    null_argument: %d,\n", (int)CAB_STATUS_NULL_ARGUMENT);
   printf("    hits_overflow: %d,\n", (int)CAB_STATUS_HITS_OVERFLOW);

@@ -283,20 +283,24 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 [[nodiscard]] CAB_API Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input,
                                            Span<float> margins) noexcept;
 
-// Writes for each pair of links the first of the moments 0, 1/steps, 2/steps ... 1 between two frames at which their
-// shapes touch, by Exact::kConvex, or kNeverTouch: which of the hits that a frame with sweep_margins reports are real.
+// Writes for each pair of links the first moment between two frames, 0 to 1, at which their shapes touch, by
+// Exact::kConvex, or kNeverTouch: which of the hits that a frame with sweep_margins reports are real. Both answers are
+// proven, not sampled: before the moment, or never, no point of one is in the other. At the moment they are nearer than
+// `resolution`, so a pair that passes closer than that without touching may have a moment too.
 // `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In between,
 // the origins of instances and of links move along straight lines, links turn about one axis, the shorter way round,
 // and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance
 // `last` does not have, is where it is now at all moments; one that is not valid now never touches. Of each Hit only
-// batches, instances and links are read. steps: 1 to kMaxSteps.
-// Cost: one exact test per pair of parts and moment, sixteen moments at a time, on all threads, up to the first moment
-// that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
-// Statuses: kBusy, the input statuses, kBadSteps, kBadPairs (a pair that compute_contacts refuses, or a batch that
+// batches, instances and links are read. resolution: a length in the caller's unit, above 0, at most 1e18. Moments are
+// no finer than 2^-20.
+// Cost: sixteen exact tests per pair of parts in the open. Where links slide along each other all the way, as many as
+// they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not
+// depend on instruction set or threads.
+// Statuses: kBusy, the input statuses, kBadResolution, kBadPairs (a pair that compute_contacts refuses, or a batch that
 // `last` lacks), kBadOutput (moments is shorter than pairs), kOutOfMemory.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status find_touching_moments(Engine& engine, Span<const BatchInput> last,
-                                                   Span<const BatchInput> inputs, std::uint32_t steps,
+                                                   Span<const BatchInput> inputs, float resolution,
                                                    Span<const Hit> pairs, Span<float> moments) noexcept;
 
 // Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n

@@ -443,7 +443,7 @@ enum {
   CAB_STATUS_BAD_INSTANCE = 58,         // instance is not one of the batch's instances in this call
   // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
   CAB_STATUS_BAD_PAIRS = 59,
-  CAB_STATUS_BAD_STEPS = 60,       // steps must be 1 to 4096
+  CAB_STATUS_BAD_RESOLUTION = 60,  // resolution must be above 0, and at most 1e18
   CAB_STATUS_BAD_OUTPUT = 61,      // an output is null or too small
   CAB_STATUS_NULL_ARGUMENT = 62,   // a pointer of the C API that must not be null is null
   CAB_STATUS_HITS_OVERFLOW = 63,   // hits is too small for all hits
@@ -1012,11 +1012,8 @@ typedef struct cab_HitChanges {
   size_t ended_count;  // likewise
 } cab_HitChanges;
 
-// What cab_find_touching_moments writes for links that touch at none of its moments.
+// What cab_find_touching_moments writes for links that touch at no moment.
 #define CAB_NEVER_TOUCH 2.0f
-
-// The most steps that cab_find_touching_moments takes.
-#define CAB_MAX_STEPS 4096u
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
@@ -1762,20 +1759,24 @@ CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, 
 CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, const cab_BatchInput* input,
                                      cab_FloatSpan margins);
 
-// Writes for each pair of links the first of the moments 0, 1/steps, 2/steps ... 1 between two frames at which their
-// shapes touch, by CAB_EXACT_CONVEX, or CAB_NEVER_TOUCH: which of the hits that a frame with cab_sweep_margins reports
-// are real. `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In
-// between, the origins of instances and of links move along straight lines, links turn about one axis, the shorter way
-// round, and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose
-// instance `last` does not have, is where it is now at all moments; one that is not valid now never touches. Of each
-// Hit only batches, instances and links are read. steps: 1 to CAB_MAX_STEPS.
-// Cost: one exact test per pair of parts and moment, sixteen moments at a time, on all threads, up to the first moment
-// that touches; some memory from operator new while it runs. Bits do not depend on instruction set or threads.
-// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_STEPS, CAB_STATUS_BAD_PAIRS (a pair that
+// Writes for each pair of links the first moment between two frames, 0 to 1, at which their shapes touch, by
+// CAB_EXACT_CONVEX, or CAB_NEVER_TOUCH: which of the hits that a frame with cab_sweep_margins reports are real. Both
+// answers are proven, not sampled: before the moment, or never, no point of one is in the other. At the moment they are
+// nearer than `resolution`, so a pair that passes closer than that without touching may have a moment too.
+// `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In between,
+// the origins of instances and of links move along straight lines, links turn about one axis, the shorter way round,
+// and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance
+// `last` does not have, is where it is now at all moments; one that is not valid now never touches. Of each Hit only
+// batches, instances and links are read. resolution: a length in the caller's unit, above 0, at most 1e18. Moments are
+// no finer than 2^-20.
+// Cost: sixteen exact tests per pair of parts in the open. Where links slide along each other all the way, as many as
+// they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not
+// depend on instruction set or threads.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_RESOLUTION, CAB_STATUS_BAD_PAIRS (a pair that
 // cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT (moments is shorter than pairs),
 // CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
 CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last,
-                                             cab_ConstBatchInputSpan inputs, uint32_t steps, cab_ConstHitSpan pairs,
+                                             cab_ConstBatchInputSpan inputs, float resolution, cab_ConstHitSpan pairs,
                                              cab_FloatSpan moments);
 
 // Writes every box of every given instance of one batch, relative to the instance's origin in the world's axes. Node n

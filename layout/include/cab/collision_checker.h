@@ -86,9 +86,9 @@ class CollisionChecker {
   [[nodiscard]] Status add_fixed(const ArticulationDesc& desc, Span<const float> poses,
                                  std::uint32_t* bad_leaf = nullptr) noexcept;
 
-  // Adds points that stand still in the robot's frame, such as those of a depth camera, after the robot: each as a ball.
-  // points: x y z for each; not read after the call. A hit with one has fixed_of() of these points, and the number of the
-  // point as instance_b. Fewer points per call, and fewer calls, make frames faster.
+  // Adds points that stand still in the robot's frame, such as those of a depth camera, after the robot, each as a
+  // ball. points: x y z for each; not read after the call. A hit with one has fixed_of() of these points, and the
+  // number of the point as instance_b. The fewer points, the faster are frames.
   // Cost: 0.5 microseconds per point; then a frame 8 ns per point, and a state some microseconds.
   // Statuses: kUnknownBatch (there is no robot), kBadStaticBody (points is not three finite numbers for each),
   // kBadShape (the radius is not above 0), those of add_static_batch and add_batch.
@@ -118,10 +118,10 @@ class CollisionChecker {
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
                                      MotionSearch& search) noexcept;
 
-  // Finds the nearest two tested links of each state, among those that are at most `most` apart. Unlike a margin this is
-  // a distance of the shapes themselves; world().job().margin plays no part. states: kinematics.variable_count numbers
-  // for each of `nearest`. gradients (may be empty): as many numbers, how the distance changes with each variable while
-  // the nearest points stay where they are on their links; 0 where the distance is infinite or NaN.
+  // Finds the nearest two tested links of each state, among those that are at most `most` apart. Distances are those of
+  // the shapes themselves; world().job().margin plays no part. states: kinematics.variable_count numbers for each of
+  // `nearest`. gradients (may be empty): as many numbers, how the distance changes with each variable while the nearest
+  // points stay where they are on their links; 0 where the distance is infinite or NaN.
   // Cost: some times that of find_hits, the less the nearer links are.
   // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadMargin (`most` is not finite, is
   // below 0 or too large), those of run_frame.

@@ -9,14 +9,10 @@
 
 namespace cab {
 
-// Adds to `gradient` (variable_count numbers), for every variable, `factor` times the speed along `direction` at which a
-// point of a link moves with it.
-//   state      variable_count numbers
-//   poses      7 numbers per link, as compute_link_poses writes them for `state`
-//   link       of the point
-//   point      x y z in the robot's frame, in its unit
-//   direction  x y z, of length 1
-// kinematics must be one that compute_link_poses takes. Where no joint moves the point its speed is 0.
+// Adds to `gradient` (variable_count numbers), for every variable, `factor` times the speed along `direction` (x y z,
+// of length 1) at which a point of a link moves with it. state: variable_count numbers. poses: 7 numbers per link, as
+// compute_link_poses writes them for the state. link: of the point. point: x y z in the robot's frame, in its unit.
+// `kinematics` must be one that compute_link_poses takes. A variable that does not move the point has the speed 0.
 inline void add_gradient(const KinematicsDesc& kinematics, const double* state, const float* poses, std::size_t link,
                          const float (&point)[3], const float (&direction)[3], double factor,
                          double* gradient) noexcept {

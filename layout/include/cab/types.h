@@ -107,7 +107,7 @@ enum class Status : std::int32_t {
   kLodWithoutShapes,     // an exact test needs shapes, but a batch with input is of a level of nodes
   kBadInstance,          // instance is not one of the batch's instances in this call
   kBadPairs,       // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
-  kBadSteps,       // steps must be 1 to 4096
+  kBadResolution,  // resolution must be above 0, and at most 1e18
   kBadOutput,      // an output is null or too small
   kNullArgument,   // a pointer of the C API that must not be null is null
   kHitsOverflow,   // hits is too small for all hits
@@ -653,11 +653,8 @@ struct HitChanges {
   std::size_t ended_count = 0;  // likewise
 };
 
-// What find_touching_moments writes for links that touch at none of its moments.
+// What find_touching_moments writes for links that touch at no moment.
 inline constexpr float kNeverTouch = 2;
-
-// The most steps that find_touching_moments takes.
-inline constexpr std::uint32_t kMaxSteps = 4096;
 
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two

@@ -7,7 +7,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cab::tests {
 namespace {
@@ -84,18 +86,20 @@ std::vector<Hit> all_pairs(const World& world) {
   return out;
 }
 
-std::vector<float> moments_of(Engine& engine, const World& last, const World& now, std::uint32_t steps,
+std::vector<float> moments_of(Engine& engine, const World& last, const World& now, float resolution,
                               const std::vector<Hit>& pairs) {
   const std::vector<BatchInput> from = inputs_of(last), to = inputs_of(now);
   std::vector<float> out(pairs.size(), -1);
-  REQUIRE(find_touching_moments(engine, from, to, steps, pairs, out) == Status::kOk);
+  REQUIRE(find_touching_moments(engine, from, to, resolution, pairs, out) == Status::kOk);
   return out;
 }
 
 }  // namespace
 
-TEST_CASE("a moment is the first at which a frame of that moment's poses reports the links") {
-  std::size_t in_between = 0, never = 0;
+TEST_CASE("before its moment no frame reports two links as touching, and from it on they come within the resolution") {
+  // Rounding may decide otherwise where the shapes are within this of touching.
+  constexpr float kNear = 1e-4f;
+  std::size_t in_between = 0, never = 0, from_start = 0, samples_before = 0;
   for (std::uint32_t seed = 1; seed <= rounds(8); ++seed) {
     CAPTURE(seed);
     Random random(seed);
@@ -107,39 +111,50 @@ TEST_CASE("a moment is the first at which a frame of that moment's poses reports
                                        PoseFormat::kQuaternionTranslation, {0.8, false, true, {}});
       member.poses = other;
     }
-    const std::uint32_t steps = 1 + random.index(40);
+    const auto resolution = static_cast<float>(random.log_uniform(2e-3, 0.1));
     const EnginePtr engine = make_engine_for(last);
     const std::vector<Hit> pairs = all_pairs(last);
-    const std::vector<float> moments = moments_of(*engine, last, now, steps, pairs);
-    // Rounding may decide otherwise where the shapes are within this of touching.
-    constexpr float kNear = 1e-4f;
-    std::vector<std::uint32_t> earliest(pairs.size(), steps + 1), latest(pairs.size(), steps + 1);
-    for (std::uint32_t k = 0; k <= steps; ++k) {
-      World moment = at_moment(last, now, static_cast<double>(k) / steps);
+    const std::vector<float> moments = moments_of(*engine, last, now, resolution, pairs);
+    const auto pair_of = [&](const Hit& hit) {
+      const auto at =
+          static_cast<std::size_t>(std::lower_bound(pairs.begin(), pairs.end(), hit, link_less) - pairs.begin());
+      REQUIRE(at < pairs.size());
+      return at;
+    };
+    constexpr int kSamples = 50;
+    for (int k = 0; k <= kSamples; ++k) {
+      const double t = static_cast<double>(k) / kSamples;
+      World moment = at_moment(last, now, t);
       moment.contacts = true;
-      moment.margin = kNear;
       const Outcome found = run_on(*engine, moment, kConvex);
-      for (std::size_t h = 0; h < found.hits.size(); ++h) {
-        const auto at = static_cast<std::size_t>(
-            std::lower_bound(pairs.begin(), pairs.end(), found.hits[h], link_less) - pairs.begin());
-        REQUIRE(at < pairs.size());
-        earliest[at] = std::min(earliest[at], k);
-        if (found.contacts[h].depth > kNear) latest[at] = std::min(latest[at], k);
+      std::vector<bool> is_deep(pairs.size());
+      for (std::size_t h = 0; h < found.hits.size(); ++h)
+        if (found.contacts[h].depth > kNear) is_deep[pair_of(found.hits[h])] = true;
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (!(t < static_cast<double>(moments[i]))) continue;
+        CAPTURE(i);
+        CHECK(!is_deep[i]);
+        ++samples_before;
       }
     }
+    // The links are within the resolution at their moment: of a sample of the pairs, a frame each.
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      CAPTURE(i);
-      const auto as_moment = [steps](std::uint32_t k) {
-        return k > steps ? kNeverTouch : static_cast<float>(k) / static_cast<float>(steps);
-      };
-      CHECK(moments[i] >= as_moment(earliest[i]));
-      CHECK(moments[i] <= as_moment(latest[i]));
       in_between += moments[i] > 0 && moments[i] < 1;
+      from_start += moments[i] == 0;
       never += moments[i] == kNeverTouch;
+      if (moments[i] == kNeverTouch || !random.chance(0.05)) continue;
+      CAPTURE(i);
+      World moment = at_moment(last, now, static_cast<double>(moments[i]));
+      moment.contacts = true;
+      moment.margin = 2 * resolution + kNear;
+      const std::vector<Hit> hits = run_on(*engine, moment, kConvex).hits;
+      CHECK(std::binary_search(hits.begin(), hits.end(), pairs[i], link_less));
     }
   }
   CHECK(in_between >= least_count(200, 8));
   CHECK(never >= least_count(200, 8));
+  CHECK(from_start >= least_count(30, 8));
+  CHECK(samples_before >= least_count(10000, 8));
 }
 
 TEST_CASE("moments are the same on every instruction set and number of threads, with orientations and scales") {
@@ -152,24 +167,26 @@ TEST_CASE("moments are the same on every instruction set and number of threads, 
     now.members[m].poses = random_poses(random, now.members[m].rig, now.members[m].poses.instance_count,
                                         PoseFormat::kMatrix4x4Columns, {0.8, true, true, {}});
   const std::vector<Hit> pairs = all_pairs(last);
-  const std::vector<float> expected = moments_of(*make_engine_for(last), last, now, 20, pairs);
+  const std::vector<float> expected = moments_of(*make_engine_for(last), last, now, 0.01f, pairs);
   for (const Isa isa : available_isas())
     for (const bool threads : {false, true}) {
       EngineDesc desc;
       desc.isa = isa;
       if (threads) desc.scheduler = &scheduler;
-      const std::vector<float> found = moments_of(*make_engine_for(last, desc), last, now, 20, pairs);
+      const std::vector<float> found = moments_of(*make_engine_for(last, desc), last, now, 0.01f, pairs);
       CHECK(std::memcmp(found.data(), expected.data(), found.size() * sizeof(float)) == 0);
     }
   // With orientations and scales both ends are the frames' poses.
   const EnginePtr engine = make_engine_for(last);
-  std::vector<float> ends = moments_of(*engine, last, now, 1, pairs);
+  const std::vector<float> fine = moments_of(*engine, last, now, 1e-4f, pairs);
   const std::vector<Hit> at_start = run_on(*engine, last, kConvex).hits, at_end = run_on(*engine, now, kConvex).hits;
   std::size_t starts = 0, stops = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const bool starting = std::binary_search(at_start.begin(), at_start.end(), pairs[i], link_less),
                ending = std::binary_search(at_end.begin(), at_end.end(), pairs[i], link_less);
-    CHECK(ends[i] == (starting ? 0.0f : ending ? 1.0f : kNeverTouch));
+    if (starting) CHECK(fine[i] == 0);
+    if (ending) CHECK(fine[i] <= 1);
+    CHECK(fine[i] >= expected[i]);  // what is not free at a finer resolution is not at a coarser one
     starts += starting;
     stops += ending && !starting;
   }
@@ -197,9 +214,13 @@ TEST_CASE("rods that pass through each other touch half way, and rods that pass 
     for (const std::size_t y : {std::size_t{1}, std::size_t{4}}) member.poses.origins[y] = -member.poses.origins[y];
   const EnginePtr engine = make_engine_for(last);
   const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}, {{1}, 1, {2}, 1, 0, 0, 0, 0}};
-  CHECK(moments_of(*engine, last, now, 64, pairs) == std::vector<float>{31 / 64.0f, kNeverTouch});
-  CHECK(moments_of(*engine, last, now, 2, pairs) == std::vector<float>{0.5f, kNeverTouch});
-  CHECK(moments_of(*engine, last, now, 1, pairs) == std::vector<float>{kNeverTouch, kNeverTouch});
+  // They come nearer by 4 m and begin 2 m apart, and are 0.1 m thick.
+  for (const float resolution : {0.1f, 0.01f, 1e-3f, 1e-5f}) {
+    const std::vector<float> moments = moments_of(*engine, last, now, resolution, pairs);
+    CHECK(moments[0] <= 1.9f / 4);
+    CHECK(moments[0] >= (1.9f - 1.01f * resolution) / 4);
+    CHECK(moments[1] == kNeverTouch);
+  }
 }
 
 TEST_CASE("a link that the earlier frame does not have is where it is now, and one that is not valid never touches") {
@@ -215,11 +236,11 @@ TEST_CASE("a link that the earlier frame does not have is where it is now, and o
   std::fill(last.members[0].poses.data.begin(), last.members[0].poses.data.end(), NAN);
   std::fill(last.members[1].poses.data.begin(), last.members[1].poses.data.end(), NAN);
   const std::vector<Hit> at_end = run_on(*engine, now, kConvex).hits;
-  std::vector<float> moments = moments_of(*engine, last, now, 8, pairs);
+  std::vector<float> moments = moments_of(*engine, last, now, 1e-4f, pairs);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     CHECK(moments[i] == (std::binary_search(at_end.begin(), at_end.end(), pairs[i], link_less) ? 0.0f : kNeverTouch));
   std::fill_n(now.members[0].poses.pose(0, 0), 7, NAN);
-  moments = moments_of(*engine, last, now, 8, pairs);
+  moments = moments_of(*engine, last, now, 1e-4f, pairs);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     if (pairs[i].instance_a == 0 && pairs[i].link_a == 0) CHECK(moments[i] == kNeverTouch);
 }
@@ -242,23 +263,61 @@ TEST_CASE("a link that is mirrored in one frame alone is at all moments where it
   last.members[0].poses.origins[0] = -8;
   const EnginePtr engine = make_engine_for(last);
   const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}};
-  CHECK(moments_of(*engine, last, now, 8, pairs) == std::vector<float>{0});
+  CHECK(moments_of(*engine, last, now, 1e-4f, pairs) == std::vector<float>{0});
 }
 
-TEST_CASE("moments of bad pairs, steps and outputs are refused") {
+TEST_CASE("a ball that a turning plate sweeps over is found, and one that a turning half space sinks into") {
+  // A plate 4 m long about its end, by nearly half a turn; the ball stands where it passes half way.
+  const ConvexPart ball = {ShapeKind::kSphere, {0, 0, 0}, {0, 0, 0, 1}, {0.1f, 0, 0}, {}};
+  const ConvexPart plane = {ShapeKind::kHalfSpace, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, {}};
+  const Box plate = {{2, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {2, 0.01f, 0.5f}};
+  const Box about_ball = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.1f, 0.1f, 0.1f}};
+  const Box about_plane = {{0, 0, -50}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {100, 100, 50}};
+  const auto member = [](const Leaf& leaf, std::vector<float> pose) {
+    Member out;
+    out.rig.parents = {-1};
+    out.rig.leaves = {leaf};
+    out.poses.link_count = out.poses.instance_count = 1;
+    out.poses.data = std::move(pose);
+    return out;
+  };
+  World last;
+  last.members = {member({0, plate, {}}, {0, 0, -0.7f, 0.714f, 0, 0, 0}),
+                  member({0, about_ball, {&ball, 1}}, {0, 0, 0, 1, 3.5f, 0, 0})};
+  last.rules = {{{1}, {2}, Pairing::kBetween}};
+  World now = last;
+  now.members[0].poses.data = {0, 0, 0.7f, 0.714f, 0, 0, 0};
+  const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}};
+  float moment = moments_of(*make_engine_for(last), last, now, 1e-3f, pairs)[0];
+  CHECK(moment < 0.5f);
+  CHECK(moment > 0.45f);
+
+  // The plane turns about the x axis by 60 degrees; the ball is 30 m along y, 20 m above it at first.
+  last.members[0] = member({0, about_plane, {&plane, 1}}, {0, 0, 0, 1, 0, 0, 0});
+  last.members[1].poses.data = {0, 0, 0, 1, 0, 30, 20};
+  now = last;
+  now.members[0].poses.data = {0.5f, 0, 0, 0.8660254f, 0, 0, 0};
+  moment = moments_of(*make_engine_for(last), last, now, 1e-3f, pairs)[0];
+  // The ball touches at an angle of atan(20 / 30) less asin(0.1 / 36.06); the sine and cosine of half of it say when.
+  const double angle = std::atan2(20.0, 30.0) - std::asin(0.1 / std::hypot(20.0, 30.0)), half = angle / 2;
+  const double when = std::tan(half) / (0.5 + std::tan(half) * (1 - 0.8660254));
+  CHECK(static_cast<double>(moment) == doctest::Approx(when).epsilon(1e-3));
+}
+
+TEST_CASE("moments of bad pairs, resolutions and outputs are refused") {
   Random random(70);
   const World world = two_crowds(random);
   const EnginePtr engine = make_engine_for(world);
   const std::vector<BatchInput> inputs = inputs_of(world);
   const std::vector<Hit> pairs = {all_pairs(world).front()};
   std::vector<float> moments(1, -1);
-  const auto find = [&](std::size_t last, std::size_t now, std::uint32_t steps, Span<const Hit> of, Span<float> to) {
-    return find_touching_moments(*engine, {inputs.data(), last}, {inputs.data(), now}, steps, of, to);
+  const auto find = [&](std::size_t last, std::size_t now, float resolution, Span<const Hit> of, Span<float> to) {
+    return find_touching_moments(*engine, {inputs.data(), last}, {inputs.data(), now}, resolution, of, to);
   };
   const Span<const Hit> good = {pairs.data(), 1};
   const Span<float> room = {moments.data(), 1};
-  CHECK(find(2, 2, 0, good, room) == Status::kBadSteps);
-  CHECK(find(2, 2, kMaxSteps + 1, good, room) == Status::kBadSteps);
+  for (const float bad : {0.0f, -1.0f, 2e18f, std::numeric_limits<float>::quiet_NaN()})
+    CHECK(find(2, 2, bad, good, room) == Status::kBadResolution);
   CHECK(find(1, 2, 4, good, room) == Status::kBadPairs);
   CHECK(find(2, 1, 4, good, room) == Status::kBadPairs);
   CHECK(find(2, 2, 4, {nullptr, 1}, room) == Status::kBadPairs);
@@ -268,7 +327,7 @@ TEST_CASE("moments of bad pairs, steps and outputs are refused") {
   CHECK(find_touching_moments(*engine, {twice, 2}, {inputs.data(), 2}, 4, good, room) == Status::kBatchGivenTwice);
   CHECK(find_touching_moments(*engine, {inputs.data(), 2}, {twice, 2}, 4, good, room) == Status::kBatchGivenTwice);
   CHECK(moments[0] == -1);
-  CHECK(find(2, 2, kMaxSteps, good, room) == Status::kOk);
+  CHECK(find(2, 2, 1e-6f, good, room) == Status::kOk);
   CHECK(find(2, 2, 1, {}, {}) == Status::kOk);
   CHECK(run_on(*engine, world, kConvex).stats.candidates > 0);  // nothing is left bound
 }

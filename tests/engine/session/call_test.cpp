@@ -155,7 +155,7 @@ std::string contacts_of(Engine& engine, const Scene& scene, const std::vector<Hi
   require(compute_contacts(engine, inputs, Depth::kThreeStarts, hits, contacts));
   out.add(contacts);
   std::vector<float> moments(hits.size()), margins(33);
-  require(find_touching_moments(engine, last, inputs, 4, hits, moments));
+  require(find_touching_moments(engine, last, inputs, 0.01f, hits, moments));
   out.add(moments);
   require(sweep_margins(engine, last[0], inputs[0], margins));
   out.add(margins);

@@ -289,7 +289,7 @@ TEST_CASE("every other call whose tasks a scheduler skips answers a status too, 
       },
       [&] { return sweep_margins(*engine, input, input, numbers); },
       [&] {
-        return find_touching_moments(*engine, {&input, 1}, {&input, 1}, 1, hits, numbers);
+        return find_touching_moments(*engine, {&input, 1}, {&input, 1}, 0.01f, hits, numbers);
       },
       [&] {
         const Status status = record_tick(*engine, history, input, time);

@@ -193,7 +193,7 @@ class Robot:
         return self._own_checker().hits(states, depths=depths)
 
     def clearance(self, states: ArrayLike, most: float = 1.0) -> Float64Array:
-        """The least distance of links in the states (n, variables): `CollisionChecker.clearance` of the same checker."""
+        """How near links come in the states (n, variables): `CollisionChecker.clearance` of the same checker."""
         return self._own_checker().clearance(states, most)
 
     def distances(

@@ -68,7 +68,7 @@ class Status(enum.IntEnum):
     LOD_WITHOUT_SHAPES = enum.auto()
     BAD_INSTANCE = enum.auto()
     BAD_PAIRS = enum.auto()
-    BAD_STEPS = enum.auto()
+    BAD_RESOLUTION = enum.auto()
     BAD_OUTPUT = enum.auto()
     NULL_ARGUMENT = enum.auto()
     HITS_OVERFLOW = enum.auto()

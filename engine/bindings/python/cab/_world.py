@@ -556,10 +556,15 @@ class World:
         return self._engine.sweep_margins(last._input, now._input)
 
     def touching_moments(
-        self, last: Sequence[Posed], now: Sequence[Posed], pairs: StructuredArray, steps: int = 16
+        self, last: Sequence[Posed], now: Sequence[Posed], pairs: StructuredArray, resolution: float
     ) -> Float32Array:
-        """For each pair (`cab.HIT`) the first of the moments 0, 1/steps ... 1 at which its shapes touch; 2: never."""
-        return self._engine.find_touching_moments(self._inputs(last), self._inputs(now), steps, pairs)
+        """For each pair (`cab.HIT`) the first moment between two frames, 0 to 1, at which its shapes touch; 2: never.
+
+        resolution  a length: shapes that pass each other nearer than this may have a moment too.
+
+        Both are proven, not sampled: before the moment, or never, the shapes are apart.
+        """
+        return self._engine.find_touching_moments(self._inputs(last), self._inputs(now), resolution, pairs)
 
     def spatial_order(self, batch: Batch) -> UInt32Array:
         """The numbers of a batch's characters so that neighbours in the list are near each other in the world."""

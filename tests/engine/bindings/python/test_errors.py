@@ -117,7 +117,7 @@ def test_wrong_batches_and_rules():
         (cab.Status.BAD_VERTICES, lambda: cab.fit_box([[np.nan, 0, 0]])),
         (cab.Status.BAD_QUERY, lambda: world.query(cab.rays([[0, 0, 0]], [0, 0, 0]), poses)),
         (cab.Status.EXACT_NOT_BUILT, lambda: world.query(cab.points([[0, 0, 0]]), poses, exact="fcl")),
-        (cab.Status.BAD_STEPS, lambda: world.touching_moments([posed], [posed], np.empty(0, cab.HIT), 0)),
+        (cab.Status.BAD_RESOLUTION, lambda: world.touching_moments([posed], [posed], np.empty(0, cab.HIT), 0)),
         (cab.Status.BAD_PAIRS, lambda: world.contacts(np.zeros(1, cab.HIT), poses)),
     ]:
         with pytest.raises(cab.Error) as caught:

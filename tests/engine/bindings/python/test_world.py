@@ -325,7 +325,7 @@ def test_boxes_order_and_sweeps(rng, chain):
     margins = world.sweep_margins(posed, now)
     assert margins.shape == (30,) and (margins >= 1).all()
     frame = world.run(crowd.posed(later, margins=margins))
-    moments = world.touching_moments([posed], [now], frame.hits, 8)
+    moments = world.touching_moments([posed], [now], frame.hits, 1e-3)
     assert len(moments) == len(frame.hits)
     assert ((moments <= 1) | (moments == 2)).all() and (moments <= 1).any()
 
