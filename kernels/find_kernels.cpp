@@ -53,7 +53,7 @@ std::uint32_t overlap_aabbs(const BoxPairs<AabbAos>& pairs);
 template <class V>
 ConvexAnswer test_convex_pairs(const ConvexBlock& block);
 template <class V>
-void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out);
+void contact_pairs(const ConvexBlock& block, ConvexContacts& out);
 template <class V>
 void boxes_by_leaf(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t live, BoxTile* out);
 template <class V>

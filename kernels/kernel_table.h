@@ -64,7 +64,7 @@ struct KernelTable {
   std::uint32_t (*overlap_boxes[kSatCount])(const BoxPairs<BoxAos>&);  // by Sat
   std::uint32_t (*overlap_aabbs)(const BoxPairs<AabbAos>&);
   ConvexAnswer (*test_convex_pairs)(const ConvexBlock&);
-  void (*contact_pairs)(const ConvexBlock&, std::uint32_t starts, ConvexContacts&);
+  void (*contact_pairs)(const ConvexBlock&, ConvexContacts&);
   void (*boxes_by_leaf)(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t live, BoxTile* out);
   std::uint32_t (*ray_boxes)(const BoxTile& boxes, const BoxRay&, float* entry);
   void (*point_boxes)(const BoxTile& boxes, const float (&point)[3], float* distance_sq);

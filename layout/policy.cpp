@@ -61,13 +61,6 @@ constexpr PolicyValue kSatValues[] = {
 };
 static_assert(lists_all(kSatValues, kSatCount));
 
-constexpr PolicyValue kDepthValues[] = {
-    row(Depth::kThreeStarts, "three_starts", "the best of local searches from three directions"),
-    row(Depth::kOneStart, "one_start",
-        "one local search: less time per contact, but more depths that are not the least"),
-};
-static_assert(lists_all(kDepthValues, kDepthCount));
-
 template <std::size_t N>
 constexpr PolicyField field(const char* name, const char* meaning, const PolicyValue (&values)[N],
                             std::uint32_t use_count = N) {
@@ -82,7 +75,6 @@ constexpr PolicyField kTable[] = {
     field("exact", "what confirms an overlapping leaf pair", kExactValues),
     field("extents", "what an inner box contains", kExtentsValues),
     field("sat", "which axes can separate two oriented boxes", kSatValues),
-    field("depth", "how contacts of the exact test convex search for the least depth", kDepthValues),
 };
 constexpr std::size_t kFieldCount = sizeof(kTable) / sizeof(kTable[0]);
 static_assert(sizeof(Policies) == kFieldCount);
@@ -91,11 +83,11 @@ static_assert(sizeof(Policies) == kFieldCount);
 constexpr PolicyPreset kPresets[] = {
     {"paper",
      "what the paper's CAB does before its exact queries: trees of cab, all fifteen axes",
-     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15, Depth::kThreeStarts}},
+     {Refit::kCab, Strategy::kTree, Exact::kNone, Extents::kChildren, Sat::kAll15}},
     {"balanced", "the defaults: the sharpest answer in the least time", {}},
     {"tight",
      "the fewest box tests: tighter boxes, at about twice the cost for sequences",
-     {Refit::kBest3, Strategy::kAuto, Exact::kNone, Extents::kLeaves, Sat::kAll15, Depth::kThreeStarts}},
+     {Refit::kBest3, Strategy::kAuto, Exact::kNone, Extents::kLeaves, Sat::kAll15}},
 };
 
 }  // namespace

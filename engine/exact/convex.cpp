@@ -159,10 +159,9 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
     contacts[i].depth = -std::numeric_limits<float>::infinity();
     ranks[i] = ~std::uint64_t{0};
   }
-  const std::uint32_t starts = frame.policies.depth == Depth::kOneStart ? 1 : kernel::kMostStarts;
   ConvexQueues queues(scratch, [&](ConvexQueue& queue) {
     kernel::ConvexContacts found;
-    frame.kernels.contact_pairs(queue.block, starts, found);
+    frame.kernels.contact_pairs(queue.block, found);
     for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
       const std::uint32_t hit = queue.asks[lane];
       const float depth = rounded_up(found.depth[lane]);

@@ -30,7 +30,7 @@ void measure_pairs(const FrameContext& frame, WorkerPool& pool, Span<const Hit> 
 
 }  // namespace
 
-Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth, Span<const Hit> pairs,
+Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<const Hit> pairs,
                         Span<Contact> contacts) noexcept {
   return guarded([&] {
     Call call(engine, Access::kReads);
@@ -38,8 +38,6 @@ Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth dep
     const kernel::FloatMode mode;
     Policies policies;
     policies.exact = Exact::kConvex;
-    policies.depth = depth;
-    if (const Status status = validate_policies(policies); status != Status::kOk) return status;
     if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
     if (const Status status = validate_pairs(engine, call, pairs); status != Status::kOk) return status;
     if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;

@@ -227,7 +227,7 @@ struct ShapeQuery::Run {
     kernel::ConvexAnswer answer;
     kernel::ConvexContacts contacts;
     if (!is_point) answer = kernels.test_convex_pairs(queue.block);
-    if (is_point || query.query_.with_depth) kernels.contact_pairs(queue.block, kernel::kMostStarts, contacts);
+    if (is_point || query.query_.with_depth) kernels.contact_pairs(queue.block, contacts);
     for (std::uint32_t lane = 0; lane < queue.count && !query.is_done(); ++lane) {
       const std::uint32_t leaf = queue.asks[lane];
       if (is_point)

@@ -111,7 +111,7 @@ CAB_INLINE Mask<D> lanes_of(std::uint32_t bits) {
 // By faces and edges where the shapes have them, else by GJK, and where the shapes overlap without their balls, a
 // search for the least depth.
 template <class V>
-CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair, std::uint32_t starts) {
+CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair) {
   using D = DoubleOf<V>;
   Touching<D> by_faces;
   const Mask<D> all = D(0.0) <= D(0.0);
@@ -130,7 +130,7 @@ CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair,
   const Mask<D> overlap = without(without(lanes, closest.is_apart), known);
   if (bits(overlap)) {
     Exit<V> exit;
-    least_exit(pair, closest, overlap, starts, exit);
+    least_exit(pair, closest, overlap, exit);
     take<D>(overlap, exit.normal, normal);
     take<D>(overlap, exit.depth * exit.normal, on_difference);
     for (int i = 0; i < 3; ++i) take<D>(overlap, exit.corner[i], corner[i]);
@@ -151,12 +151,12 @@ CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair,
 
 // Newton's method; where it is stuck, as for needles, the better of its answer and the search's.
 template <class V>
-CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact_or_search(const ContactLanes<V>& pair, std::uint32_t starts) {
+CAB_INLINE Touching<DoubleOf<V>> ellipsoid_contact_or_search(const ContactLanes<V>& pair) {
   using D = DoubleOf<V>;
   Mask<D> stuck;
   Touching<D> touching = ellipsoid_contact(pair, stuck);
   if (!bits(stuck)) return touching;
-  const Touching<D> found = searched_contact(pair, starts);
+  const Touching<D> found = searched_contact(pair);
   const Mask<D> better =
       both(stuck, ellipsoid_support(pair, found.normal).height < ellipsoid_support(pair, touching.normal).height);
   take<D>(better, found.normal, touching.normal);
@@ -218,9 +218,9 @@ CAB_INLINE D height_of(ConvexKind kind, const Vec3<D>& size, D scale, const Conv
   return scale * Lanes<D>::load(height);
 }
 
-// The contacts of the sixteen pairs of a block, from `starts` directions each where a search finds the depth.
+// The contacts of the sixteen pairs of a block.
 template <class V>
-void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContacts& out) {
+void contact_pairs(const ConvexBlock& block, ConvexContacts& out) {
   using D = DoubleOf<V>;
   ContactSide read_a, read_b;
   read_contact_side<V>(block.a, read_a);
@@ -233,9 +233,9 @@ void contact_pairs(const ConvexBlock& block, std::uint32_t starts, ConvexContact
     else if (pair.kind_a == ConvexKind::kRound && pair.kind_b == ConvexKind::kRound)
       touching = round_contact(pair);
     else if (pair.kind_a == ConvexKind::kEllipsoid && pair.kind_b == ConvexKind::kEllipsoid)
-      touching = ellipsoid_contact_or_search(pair, starts);
+      touching = ellipsoid_contact_or_search(pair);
     else
-      touching = searched_contact(pair, starts);
+      touching = searched_contact(pair);
 
     const Vec3<D>& normal = touching.normal;
     const Vec3<D> away = minus(normal);

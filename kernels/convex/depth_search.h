@@ -200,18 +200,17 @@ CAB_INLINE void find_starts(const ContactLanes<V>& pair, std::uint32_t direction
   }
 }
 
-// Writes the least exit that rays from `starts` directions find in the lanes of `overlap`.
+// Writes the least exit that rays from the best start directions find in the lanes of `overlap`.
 template <class V>
-CAB_INLINE void least_exit(const ContactLanes<V>& pair, Closest<V>& closest, Mask<DoubleOf<V>> overlap,
-                           std::uint32_t starts, Exit<V>& out) {
+CAB_INLINE void least_exit(const ContactLanes<V>& pair, Closest<V>& closest, Mask<DoubleOf<V>> overlap, Exit<V>& out) {
   using D = DoubleOf<V>;
   // Of boxes, and boxes with round shapes, the start directions are all that can be the best.
   const auto is_complete = [](ConvexKind kind) { return kind == ConvexKind::kBox || kind == ConvexKind::kRound; };
   const bool complete = is_complete(pair.kind_a) && is_complete(pair.kind_b);
-  if (complete) starts = 1;
+  const std::uint32_t starts = complete ? 1 : kMostStarts;
   const bool cylinder = pair.kind_a == ConvexKind::kCylinder || pair.kind_b == ConvexKind::kCylinder;
   Start<D> start[kMostStarts];
-  find_starts(pair, starts == 1 && !complete ? 1 : cylinder ? kCylinderDirections : kStartDirections, start);
+  find_starts(pair, cylinder ? kCylinderDirections : kStartDirections, start);
   const Mask<D> open = without(overlap, closest.is_inside);
   if (bits(open)) complete_tetrahedron(pair, start[0].normal, open, closest.corner);
   for (std::uint32_t i = 0; i < starts; ++i) {

@@ -4,6 +4,6 @@
 
 namespace cab::kernel {
 
-template void contact_pairs<IsaVector>(const ConvexBlock&, std::uint32_t, ConvexContacts&);
+template void contact_pairs<IsaVector>(const ConvexBlock&, ConvexContacts&);
 
 }  // namespace cab::kernel

@@ -73,9 +73,7 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
         named.push_back(
             {slot, s, slot, s, static_cast<std::uint16_t>(pair.a), static_cast<std::uint16_t>(pair.b), 0, 0});
     contacts.resize(named.size());
-    if (!named.empty())
-      require(compute_contacts(world.engine(), world.inputs(), world.job().policies.depth, named, contacts),
-              robot_.body.name);
+    if (!named.empty()) require(compute_contacts(world.engine(), world.inputs(), named, contacts), robot_.body.name);
     on_chunk({first, count, world.hits(), contacts});
   }
   return sum;

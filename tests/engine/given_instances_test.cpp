@@ -328,9 +328,9 @@ TEST_CASE("lists that do not ascend, name no instance of the batch, or are of a 
   const std::uint32_t link = world.members[0].rig.leaves[0].link;
   Hit pair = {{1}, 1, {1}, 5, static_cast<std::uint16_t>(link), static_cast<std::uint16_t>(link), 0, 0};
   Contact contact;
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {&pair, 1}, {&contact, 1}) == Status::kOk);
+  CHECK(compute_contacts(*engine, {&input, 1}, {&pair, 1}, {&contact, 1}) == Status::kOk);
   pair.instance_b = 4;
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
+  CHECK(compute_contacts(*engine, {&input, 1}, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
 }
 
 }  // namespace cab::tests

@@ -928,8 +928,7 @@ void check_bad_pairs() {
   Contact contact;
   for (const Hit& pair : {Hit{{1}, 0, {1}, 0, 0, 0, 0, 0}, Hit{{1}, 0, {1}, 0, 0, 1024, 0, 0},
                           Hit{{9}, 0, {1}, 0, 0, 0, 0, 0}, Hit{{1}, 0, {1}, kMaxInstances, 0, 0, 0, 0}})
-    CHECK(compute_contacts(*call.engine, call.job.inputs, Depth::kOneStart, {&pair, 1}, {&contact, 1}) ==
-          Status::kBadPairs);
+    CHECK(compute_contacts(*call.engine, call.job.inputs, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
 }
 
 void check_masked_pair() {
@@ -944,7 +943,7 @@ void check_masked_pair() {
   const BatchInput input = world.members[0].poses.input({1});
   const Hit pairs[] = {{{1}, 0, {1}, 1, 0, 2, 0, 0}, {{1}, 0, {1}, 1, 0, 3, 0, 0}};
   Contact contacts[2];
-  REQUIRE(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {pairs, 2}, {contacts, 2}) == Status::kOk);
+  REQUIRE(compute_contacts(*engine, {&input, 1}, {pairs, 2}, {contacts, 2}) == Status::kOk);
   CHECK(contacts[0].depth == -kInfinity);
   CHECK(std::isfinite(contacts[1].depth));
 }

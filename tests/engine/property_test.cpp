@@ -40,11 +40,10 @@ bool for_seeds(std::uint64_t count, Property&& property) {
   return alone == 0 && last >= count;
 }
 
-// Every combination of the values of policy_table(), but for `depth`, which changes contacts alone.
+// Every combination of the values of policy_table().
 std::vector<Policies> all_policies() {
   std::vector<Policies> out(1);
   for (std::uint32_t field = 0; field < policy_table().size; ++field) {
-    if (policy_table()[field].name == std::string("depth")) continue;
     std::vector<Policies> longer;
     for (Policies policies : out)
       for (std::uint32_t value = 0; value < policy_table()[field].value_count; ++value) {

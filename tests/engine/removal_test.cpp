@@ -156,9 +156,9 @@ TEST_CASE("an id that is stale, of another engine, or of nothing is refused by e
     FrameJob job;
     job.inputs = {&input, 1};
     MaskReason reason;
-    return std::vector<Status>{
-        compute_boxes(*engine, input, {}, boxes), run_frame(*engine, job), why_masked(*engine, input, 0, &reason),
-        compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {}, {}), spatial_order(*engine, id, order)};
+    return std::vector<Status>{compute_boxes(*engine, input, {}, boxes), run_frame(*engine, job),
+                               why_masked(*engine, input, 0, &reason), compute_contacts(*engine, {&input, 1}, {}, {}),
+                               spatial_order(*engine, id, order)};
   };
   const std::vector<Status> ok(5, Status::kOk), unknown(5, Status::kUnknownBatch);
   CHECK(statuses(second.batch) == ok);

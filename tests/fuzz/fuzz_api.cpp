@@ -461,12 +461,9 @@ struct Session {
     job.rules = spoiled(bytes, Span<const PairRule>(rules));
     // Every value of every field, and one value too many.
     const auto any = [&](std::uint32_t field) { return bytes.below(policy_table()[field].value_count + 1); };
-    job.policies = {static_cast<Refit>(any(0)),
-                    static_cast<Strategy>(any(1)),
-                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0),
-                    static_cast<Extents>(any(3)),
-                    static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0),
-                    static_cast<Depth>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
+    job.policies = {static_cast<Refit>(any(0)), static_cast<Strategy>(any(1)),
+                    static_cast<Exact>(bytes.rarely() ? 1 + bytes.below(2) : 0), static_cast<Extents>(any(3)),
+                    static_cast<Sat>(bytes.rarely() ? 1 + bytes.below(2) : 0)};
     if (!inputs.empty()) {
       const std::uint32_t batch = slot_of(inputs[0].batch).value;
       std::vector<Box> boxes(

@@ -12,14 +12,14 @@ namespace {
 
 using namespace cab;
 
-constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3, kSatRow = 4, kDepthRow = 5;
-constexpr std::uint32_t kCounts[] = {kRefitCount, kStrategyCount, kExactCount, kExtentsCount, kSatCount, kDepthCount};
+constexpr std::uint32_t kRefitRow = 0, kStrategyRow = 1, kExactRow = 2, kExtentsRow = 3, kSatRow = 4;
+constexpr std::uint32_t kCounts[] = {kRefitCount, kStrategyCount, kExactCount, kExtentsCount, kSatCount};
 
 }  // namespace
 
 TEST_CASE("every policy value is read back as it was set by name, and alone") {
   const auto table = policy_table();
-  REQUIRE(table.size == 6);
+  REQUIRE(table.size == 5);
   for (std::uint32_t row = 0; row < table.size; ++row) {
     CHECK(table[row].value_count == kCounts[row]);
     for (std::uint32_t value = 0; value < table[row].value_count; ++value) {
@@ -57,10 +57,6 @@ TEST_CASE("the rows of the table are the fields of Policies, and their values th
   CHECK(policies.sat == Sat::kFaces6);
   CHECK(policy_set(policies, kSatRow, "all_15"));
   CHECK(policies.sat == Sat::kAll15);
-  CHECK(policy_set(policies, kDepthRow, "one_start"));
-  CHECK(policies.depth == Depth::kOneStart);
-  CHECK(policy_set(policies, kDepthRow, "three_starts"));
-  CHECK(policies.depth == Depth::kThreeStarts);
   const std::pair<const char*, Refit> refits[] = {
       {"cab", Refit::kCab},     {"cab_sum", Refit::kCabSum},     {"covariance", Refit::kCovariance},
       {"best3", Refit::kBest3}, {"aabb_hull", Refit::kAabbHull}, {"aabb_vertices", Refit::kAabbVertices}};

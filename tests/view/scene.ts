@@ -99,9 +99,7 @@ export const FLOOR: Batch = {
   },
 };
 
-export const POLICIES = {
-  refit: 'cab', strategy: 'auto', exact: 'none', extents: 'children', sat: 'all_15', depth: 'three_starts',
-};
+export const POLICIES = {refit: 'cab', strategy: 'auto', exact: 'none', extents: 'children', sat: 'all_15'};
 
 export const SETTINGS: Settings = {
   policies: POLICIES,

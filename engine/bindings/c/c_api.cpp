@@ -201,9 +201,6 @@ CAB_SAME_VALUE(Exact::kConvex, CAB_EXACT_CONVEX);
 CAB_SAME_TYPE(Sat);
 CAB_SAME_VALUE(Sat::kAll15, CAB_SAT_ALL15);
 CAB_SAME_VALUE(Sat::kFaces6, CAB_SAT_FACES6);
-CAB_SAME_TYPE(Depth);
-CAB_SAME_VALUE(Depth::kThreeStarts, CAB_DEPTH_THREE_STARTS);
-CAB_SAME_VALUE(Depth::kOneStart, CAB_DEPTH_ONE_START);
 static_assert(kMaxLinks == CAB_MAX_LINKS);
 static_assert(kMaxLeaves == CAB_MAX_LEAVES);
 static_assert(kMaxInstances == CAB_MAX_INSTANCES);
@@ -228,7 +225,6 @@ static_assert(kExtentsCount == CAB_EXTENTS_COUNT);
 static_assert(kStrategyCount == CAB_STRATEGY_COUNT);
 static_assert(kExactCount == CAB_EXACT_COUNT);
 static_assert(kSatCount == CAB_SAT_COUNT);
-static_assert(kDepthCount == CAB_DEPTH_COUNT);
 static_assert(kLeafLevel == CAB_LEAF_LEVEL);
 static_assert(kNoLink == CAB_NO_LINK);
 CAB_SAME_TYPE(ArticulationId);
@@ -521,7 +517,6 @@ CAB_SAME_MEMBER(Policies, strategy);
 CAB_SAME_MEMBER(Policies, exact);
 CAB_SAME_MEMBER(Policies, extents);
 CAB_SAME_MEMBER(Policies, sat);
-CAB_SAME_MEMBER(Policies, depth);
 CAB_SAME_TYPE(PolicyValue);
 CAB_SAME_MEMBER(PolicyValue, value);
 CAB_SAME_MEMBER(PolicyValue, name);
@@ -774,12 +769,12 @@ cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* input, co
                                                 cab::as<cab::Span<cab::Box>>(boxes)));
 }
 
-cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_Depth depth,
-                                cab_ConstHitSpan pairs, cab_ContactSpan contacts) {
+cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
+                                cab_ContactSpan contacts) {
   if (!engine) return CAB_STATUS_NULL_ARGUMENT;
-  return cab::as<cab_Status>(cab::compute_contacts(
-      *cab::at<cab::Engine>(engine), cab::as<cab::Span<const cab::BatchInput>>(inputs), cab::as<cab::Depth>(depth),
-      cab::as<cab::Span<const cab::Hit>>(pairs), cab::as<cab::Span<cab::Contact>>(contacts)));
+  return cab::as<cab_Status>(
+      cab::compute_contacts(*cab::at<cab::Engine>(engine), cab::as<cab::Span<const cab::BatchInput>>(inputs),
+                            cab::as<cab::Span<const cab::Hit>>(pairs), cab::as<cab::Span<cab::Contact>>(contacts)));
 }
 
 cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance, cab_MaskReason* out) {

@@ -398,17 +398,14 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
   }
 }
 
-py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs, const std::string& depth,
-                                         const py::object& pairs) {
+py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs, const py::object& pairs) {
   const std::shared_ptr<Engine> held = engine();
   const CallInputs call_inputs(inputs);
-  Policies policies;
-  set_policy(policies, field_of("depth"), depth);
   const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
   py::array contacts = empty_array(contact_dtype(), pair_list.size());
   const auto contact_list = values_of<Contact>(contacts);
   const Status status =
-      reading([&] { return cab::compute_contacts(*held, call_inputs.all(), policies.depth, pair_list, contact_list); });
+      reading([&] { return cab::compute_contacts(*held, call_inputs.all(), pair_list, contact_list); });
   require(status);
   return contacts;
 }

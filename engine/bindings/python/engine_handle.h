@@ -81,7 +81,7 @@ class EngineHandle {
   QueryResult run_queries(const std::vector<FrameInput*>& inputs, const std::vector<std::uint64_t>& histories,
                           const py::object& queries, const py::object& planes, const std::string& exact,
                           bool reuse_bounds);
-  py::array compute_contacts(const std::vector<FrameInput*>& inputs, const std::string& depth, const py::object& pairs);
+  py::array compute_contacts(const std::vector<FrameInput*>& inputs, const py::object& pairs);
   py::array compute_boxes(const FrameInput& input, const PolicyNames& policies);
   py::array sweep_margins(const FrameInput& last, const FrameInput& input);
   py::array find_touching_moments(const std::vector<FrameInput*>& last, const std::vector<FrameInput*>& inputs,

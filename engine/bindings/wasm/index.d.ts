@@ -270,7 +270,6 @@ export type Extents = 'children' | 'leaves';
 /** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. */
 export type Exact = 'none' | 'convex';
 export type Sat = 'all_15' | 'faces_6';
-export type Depth = 'three_starts' | 'one_start';
 export type Preset = 'balanced' | 'tight' | 'paper';
 
 export interface Policies {
@@ -279,7 +278,6 @@ export interface Policies {
   exact?: Exact;
   extents?: Extents;
   sat?: Sat;
-  depth?: Depth;
 }
 
 /** What is tested against what. */

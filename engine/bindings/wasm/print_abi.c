@@ -349,7 +349,6 @@ int main(void) {
   MEMBER(Policies, exact, "exact", "Exact", 0);
   MEMBER(Policies, extents, "extents", "Extents", 0);
   MEMBER(Policies, sat, "sat", "Sat", 0);
-  MEMBER(Policies, depth, "depth", "Depth", 0);
   END();
   STRUCT(PolicyValue, "false");
   MEMBER(PolicyValue, value, "value", "u8", 0);
@@ -586,10 +585,6 @@ int main(void) {
   printf("  Sat: {type: 'u8', values: {\n");
   printf("    all_15: %d,\n", (int)CAB_SAT_ALL15);
   printf("    faces_6: %d,\n", (int)CAB_SAT_FACES6);
-  printf("  }},\n");
-  printf("  Depth: {type: 'u8', values: {\n");
-  printf("    three_starts: %d,\n", (int)CAB_DEPTH_THREE_STARTS);
-  printf("    one_start: %d,\n", (int)CAB_DEPTH_ONE_START);
   printf("  }},\n");
   printf("};\n");
   return 0;

@@ -315,17 +315,17 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
                                            Span<Box> boxes) noexcept;
 
 // Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
-// any distance, as Exact::kConvex measures it. depth: how the least depth is searched for. Of each Hit only batches,
-// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
-// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
-// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
+// any distance, as Exact::kConvex measures it. Of each Hit only batches, instances and links are read; the leaves that
+// the contact is of are written to the contact. The two links must differ, and may be of one instance. inputs holds the
+// poses of all batches that are named; layers, flags and in_contact have no effect. A link whose pose is not finite or
+// not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: kBusy, kBadPolicy (depth is not a value of Depth), the input statuses, kBadPairs, kBadOutput (contacts is
-// shorter than pairs), kOutOfMemory (TBB had no memory for its tasks).
+// Statuses: kBusy, the input statuses, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no
+// memory for its tasks).
 // Thread: any, beside other reads.
-[[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Depth depth,
-                                              Span<const Hit> pairs, Span<Contact> contacts) noexcept;
+[[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<const Hit> pairs,
+                                              Span<Contact> contacts) noexcept;
 
 // Writes to *out, which must not be null, why one instance of a batch is masked: which link, which number, and how far
 // off. With MaskCause::kNone the instance takes part. A margin, which may take a box that is at the limit out of range,

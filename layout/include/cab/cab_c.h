@@ -294,14 +294,6 @@ enum {
   CAB_SAT_FACES6 = 1,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How contacts of CAB_EXACT_CONVEX search for the least depth, where no closed form gives it: for all shapes but two
-// boxes, two ellipsoids, and spheres and capsules alone.
-typedef uint8_t cab_Depth;
-enum {
-  CAB_DEPTH_THREE_STARTS = 0,  // the best of local searches from three directions
-  CAB_DEPTH_ONE_START = 1,     // one local search: less time per contact, but more depths that are not the least
-};
-
 // How many values each enumeration has. CAB_ORIENTED_REFIT_COUNT counts the refits that make oriented boxes: those
 // before CAB_REFIT_AABB_HULL.
 #define CAB_REFIT_COUNT 6u
@@ -310,7 +302,6 @@ enum {
 #define CAB_STRATEGY_COUNT 5u
 #define CAB_EXACT_COUNT 3u
 #define CAB_SAT_COUNT 2u
-#define CAB_DEPTH_COUNT 2u
 
 // The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
 typedef struct cab_Policies {
@@ -319,7 +310,6 @@ typedef struct cab_Policies {
   cab_Exact exact;        // what confirms an overlapping leaf pair
   cab_Extents extents;    // what inner boxes contain
   cab_Sat sat;            // which axes can separate two oriented boxes
-  cab_Depth depth;        // how contacts of the exact test `convex` search for the least depth
 } cab_Policies;
 
 // One value of a field of Policies. The strings live as long as the program.
@@ -1019,10 +1009,10 @@ typedef struct cab_HitChanges {
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
 // half spaces, and if FCL was asked and gave no contact.
 // With CAB_EXACT_CONVEX, moving b by depth along normal always parts the two convex parts that the contact is of. For
-// two boxes, for spheres and capsules, and with a half space no shorter way does; for other shapes cab_Policies.depth
-// says how well the shortest way is searched for. A gap is never larger than the distance, to rounding, and at most
-// 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth along normal, but for
-// what docs/limits.md says.
+// boxes, hulls of at most 64 vertices, spheres and capsules, and with a half space no way does that is shorter by more
+// than 1e-6 of size; for other shapes the shortest way is searched for. A gap is never larger than the distance, to
+// rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth
+// along normal, but for what docs/limits.md says.
 typedef struct cab_Contact {
   float normal[3];   // unit vector from a to b, in the world's axes
   float depth;       // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap
@@ -1791,17 +1781,17 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
                                      cab_BoxSpan boxes);
 
 // Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
-// any distance, as CAB_EXACT_CONVEX measures it. depth: how the least depth is searched for. Of each Hit only batches,
-// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
-// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
-// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
+// any distance, as CAB_EXACT_CONVEX measures it. Of each Hit only batches, instances and links are read; the leaves
+// that the contact is of are written to the contact. The two links must differ, and may be of one instance. inputs
+// holds the poses of all batches that are named; layers, flags and in_contact have no effect. A link whose pose is not
+// finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY (depth is not a value of Depth), the input statuses,
-// CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no
-// memory for its tasks). Thread: any, beside other reads.
-CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_Depth depth,
-                                        cab_ConstHitSpan pairs, cab_ContactSpan contacts);
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than
+// pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
+// Thread: any, beside other reads.
+CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
+                                        cab_ContactSpan contacts);
 
 // Writes to *out, which must not be null, why one instance of a batch is masked: which link, which number, and how far
 // off. With CAB_MASK_CAUSE_NONE the instance takes part. A margin, which may take a box that is at the limit out of

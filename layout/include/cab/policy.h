@@ -55,13 +55,6 @@ enum class Sat : std::uint8_t {
   kFaces6,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How contacts of Exact::kConvex search for the least depth, where no closed form gives it: for all shapes but two
-// boxes, two ellipsoids, and spheres and capsules alone.
-enum class Depth : std::uint8_t {
-  kThreeStarts,  // the best of local searches from three directions
-  kOneStart,     // one local search: less time per contact, but more depths that are not the least
-};
-
 // How many values each enumeration has. kOrientedRefitCount counts the refits that make oriented boxes: those before
 // kAabbHull.
 inline constexpr std::uint32_t kRefitCount = 6;
@@ -70,7 +63,6 @@ inline constexpr std::uint32_t kExtentsCount = 2;
 inline constexpr std::uint32_t kStrategyCount = 5;
 inline constexpr std::uint32_t kExactCount = 3;
 inline constexpr std::uint32_t kSatCount = 2;
-inline constexpr std::uint32_t kDepthCount = 2;
 
 // The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
 struct Policies {
@@ -79,7 +71,6 @@ struct Policies {
   Exact exact = Exact::kNone;            // what confirms an overlapping leaf pair
   Extents extents = Extents::kChildren;  // what inner boxes contain
   Sat sat = Sat::kAll15;                 // which axes can separate two oriented boxes
-  Depth depth = Depth::kThreeStarts;     // how contacts of the exact test `convex` search for the least depth
 };
 
 // One value of a field of Policies. The strings live as long as the program.

@@ -659,11 +659,11 @@ inline constexpr float kNeverTouch = 2;
 // How two links touch: the deepest contact of all parts on the first with all parts on the second, by the frame's exact
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
 // half spaces, and if FCL was asked and gave no contact.
-// With Exact::kConvex, moving b by depth along normal always parts the two convex parts that the contact is of. For two
-// boxes, for spheres and capsules, and with a half space no shorter way does; for other shapes Policies::depth says how
-// well the shortest way is searched for. A gap is never larger than the distance, to rounding, and at most 1e-5 of size
-// and distance smaller. Each point is in or on its body. point_a - point_b is depth along normal, but for what
-// docs/limits.md says.
+// With Exact::kConvex, moving b by depth along normal always parts the two convex parts that the contact is of. For
+// boxes, hulls of at most 64 vertices, spheres and capsules, and with a half space no way does that is shorter by more
+// than 1e-6 of size; for other shapes the shortest way is searched for. A gap is never larger than the distance, to
+// rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth
+// along normal, but for what docs/limits.md says.
 struct Contact {
   float normal[3];   // unit vector from a to b, in the world's axes
   float depth;       // how far b must move along normal to be free, in the caller's unit; below 0: minus the gap

@@ -308,11 +308,10 @@ std::uint64_t fcl_contacts(const ContactWork& contacts, std::vector<double>& dep
   return count;
 }
 
-std::uint64_t cab_contacts(const ContactWork& contacts, const kernel::KernelTable& table, std::uint32_t starts,
-                           std::vector<double>& depths) {
+std::uint64_t cab_contacts(const ContactWork& contacts, const kernel::KernelTable& table, std::vector<double>& depths) {
   kernel::ConvexContacts found;
   for (std::size_t block = 0; block < contacts.blocks.size(); ++block) {
-    table.contact_pairs(contacts.blocks[block], starts, found);
+    table.contact_pairs(contacts.blocks[block], found);
     for (std::size_t lane = 0; lane < kLanes && block * kLanes + lane < depths.size(); ++lane)
       depths[block * kLanes + lane] = found.depth[lane];
   }
@@ -331,15 +330,12 @@ void measure_contacts(const ExactWork& work, const std::string& title,
   const ContactWork contacts(work, *tables.back());
   const std::uint64_t count = contacts.list.size();
   std::vector<Contender> contenders;
-  std::vector<std::vector<double>> depths(2 * tables.size() + 1, std::vector<double>(count));
-  for (const kernel::KernelTable* table : tables)
-    for (const std::uint32_t starts : {1u, kernel::kMostStarts}) {
-      std::vector<double>& own = depths[contenders.size()];
-      contenders.push_back(
-          {std::string("cab ") + to_string(table->isa) + (starts == 1 ? ", one start" : ", three starts"),
-           std::max<std::uint64_t>(count, 1),
-           [&contacts, &own, table, starts] { return cab_contacts(contacts, *table, starts, own); }});
-    }
+  std::vector<std::vector<double>> depths(tables.size() + 1, std::vector<double>(count));
+  for (const kernel::KernelTable* table : tables) {
+    std::vector<double>& own = depths[contenders.size()];
+    contenders.push_back({std::string("cab ") + to_string(table->isa), std::max<std::uint64_t>(count, 1),
+                          [&contacts, &own, table] { return cab_contacts(contacts, *table, own); }});
+  }
   contenders.push_back({"FCL collide", std::max<std::uint64_t>(count, 1),
                         [&contacts, &depths] { return fcl_contacts(contacts, depths.back()); }});
   race(contenders, rounds, bar);

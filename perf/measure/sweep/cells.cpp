@@ -41,7 +41,6 @@ constexpr double kLeastGain = .05;
 // The same policies, but with the default for every field that the strategy does not read.
 Policies without_unread(Policies policies) {
   const Policies defaults;
-  policies.depth = defaults.depth;  // of contacts, for which no sweep asks
   if (is_axis_aligned(policies.refit)) policies.sat = defaults.sat;
   if (policies.strategy == Strategy::kTree) return policies;
   policies.extents = defaults.extents;

@@ -300,7 +300,6 @@ void print_layout(void) {
   MEMBER(cab_Policies, exact);
   MEMBER(cab_Policies, extents);
   MEMBER(cab_Policies, sat);
-  MEMBER(cab_Policies, depth);
   TYPE(cab_PolicyValue);
   MEMBER(cab_PolicyValue, value);
   MEMBER(cab_PolicyValue, name);

@@ -144,7 +144,7 @@ TEST_CASE("contacts have the same bits for every strategy, instruction set and t
       inputs.push_back(world.members[m].poses.input({static_cast<std::uint32_t>(m + 1)}));
     const EnginePtr engine = make_engine_for(world);
     std::vector<Contact> measured(expected.hits.size());
-    REQUIRE(compute_contacts(*engine, inputs, Depth::kThreeStarts, expected.hits, measured) == Status::kOk);
+    REQUIRE(compute_contacts(*engine, inputs, expected.hits, measured) == Status::kOk);
     std::size_t different = 0;
     for (std::size_t i = 0; i < measured.size(); ++i) {
       Contact frame = expected.contacts[i];
@@ -251,22 +251,20 @@ TEST_CASE("compute_contacts measures any two links at any distance, and says whi
   World world;
   world.members = {member_at(rig_of(one), {{{0, 0, 0}}, {{5, 0, 0}}, {{0, 3e7, 4e7}}, {{0, 0, 0}}})};
   world.members[0].poses.data[3 * 7 + 4] = std::numeric_limits<float>::quiet_NaN();
-  for (const Depth depth : {Depth::kThreeStarts, Depth::kOneStart}) {
-    const EnginePtr engine = make_engine_for(world);
-    const BatchInput input = world.members[0].poses.input({1});
-    const Hit pairs[] = {{{1}, 0, {1}, 1, 0, 0, 77, 78}, {{1}, 2, {1}, 0, 0, 0, 0, 0}, {{1}, 3, {1}, 0, 0, 0, 0, 0}};
-    Contact contacts[3];
-    REQUIRE(compute_contacts(*engine, {&input, 1}, depth, {pairs, 3}, {contacts, 3}) == Status::kOk);
-    CHECK(std::fabs(contacts[0].depth + 3) < 1e-5f);
-    CHECK(std::fabs(contacts[0].normal[0] - 1) < 1e-5f);
-    CHECK(std::fabs(contacts[0].point_a[0] - 1) < 1e-4f);
-    CHECK(std::fabs(contacts[0].point_b[0] - 4) < 1e-4f);
-    CHECK(contacts[0].leaf_a == 0);
-    CHECK(std::fabs(contacts[1].depth + 5e7f) < 10);
-    CHECK(std::fabs(contacts[1].normal[1] + 0.6f) < 1e-4f);
-    CHECK(contacts[2].depth == -std::numeric_limits<float>::infinity());
-    CHECK(contacts[2].normal[0] == 0);
-  }
+  const EnginePtr engine = make_engine_for(world);
+  const BatchInput input = world.members[0].poses.input({1});
+  const Hit pairs[] = {{{1}, 0, {1}, 1, 0, 0, 77, 78}, {{1}, 2, {1}, 0, 0, 0, 0, 0}, {{1}, 3, {1}, 0, 0, 0, 0, 0}};
+  Contact contacts[3];
+  REQUIRE(compute_contacts(*engine, {&input, 1}, {pairs, 3}, {contacts, 3}) == Status::kOk);
+  CHECK(std::fabs(contacts[0].depth + 3) < 1e-5f);
+  CHECK(std::fabs(contacts[0].normal[0] - 1) < 1e-5f);
+  CHECK(std::fabs(contacts[0].point_a[0] - 1) < 1e-4f);
+  CHECK(std::fabs(contacts[0].point_b[0] - 4) < 1e-4f);
+  CHECK(contacts[0].leaf_a == 0);
+  CHECK(std::fabs(contacts[1].depth + 5e7f) < 10);
+  CHECK(std::fabs(contacts[1].normal[1] + 0.6f) < 1e-4f);
+  CHECK(contacts[2].depth == -std::numeric_limits<float>::infinity());
+  CHECK(contacts[2].normal[0] == 0);
 }
 
 TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing") {
@@ -280,8 +278,8 @@ TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing"
   Contact contact, before;
   std::memset(static_cast<void*>(&contact), 0xcd, sizeof(contact));
   before = contact;
-  const auto status_of = [&](const Hit& pair, Depth depth = Depth::kOneStart, std::size_t room = 1) {
-    const Status status = compute_contacts(*engine, {&input, 1}, depth, {&pair, 1}, {&contact, room});
+  const auto status_of = [&](const Hit& pair, std::size_t room = 1) {
+    const Status status = compute_contacts(*engine, {&input, 1}, {&pair, 1}, {&contact, room});
     CHECK(std::memcmp(&contact, &before, sizeof(contact)) == 0);
     return status;
   };
@@ -292,10 +290,9 @@ TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing"
   CHECK(status_of({{1}, 0, {2}, 0, 0, 0, 0, 0}) == Status::kBadPairs);  // no input
   CHECK(status_of({{0}, 0, {1}, 0, 0, 0, 0, 0}) == Status::kBadPairs);
   const Hit good = {{1}, 0, {1}, 1, 0, 0, 0, 0};
-  CHECK(status_of(good, static_cast<Depth>(kDepthCount)) == Status::kBadPolicy);
-  CHECK(status_of(good, Depth::kOneStart, 0) == Status::kBadOutput);
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {nullptr, 1}, {&contact, 1}) == Status::kBadPairs);
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {}, {}) == Status::kOk);
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kOneStart, {&good, 1}, {&contact, 1}) == Status::kOk);
+  CHECK(status_of(good, 0) == Status::kBadOutput);
+  CHECK(compute_contacts(*engine, {&input, 1}, {nullptr, 1}, {&contact, 1}) == Status::kBadPairs);
+  CHECK(compute_contacts(*engine, {&input, 1}, {}, {}) == Status::kOk);
+  CHECK(compute_contacts(*engine, {&input, 1}, {&good, 1}, {&contact, 1}) == Status::kOk);
   CHECK(contact.depth > 0);
 }

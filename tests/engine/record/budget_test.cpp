@@ -23,7 +23,7 @@ struct Made {
   std::uint32_t shared_parts = 1, inputs_of_first_batch = 1, name_count = 1;
   std::size_t shared_numbers = 9;
   std::uint32_t claimed_frames = 1;
-  std::string refit = "cab";
+  std::string policy = "refit", value = "cab";
 };
 
 std::vector<std::uint8_t> bytes_of(const Made& made) {
@@ -54,10 +54,10 @@ std::vector<std::uint8_t> bytes_of(const Made& made) {
   for (std::uint32_t i = 0; i < made.inputs_of_first_batch + 1; ++i)
     inputs.push_back(format::CreateInput(builder, i < made.inputs_of_first_batch ? 0 : 1, poses, 0, 0, 0, 0, 0, 0,
                                          made.count, 0, masked));
-  const auto refit =
-      format::CreatePolicyChoice(builder, builder.CreateString("refit"), builder.CreateString(made.refit));
+  const auto choice =
+      format::CreatePolicyChoice(builder, builder.CreateString(made.policy), builder.CreateString(made.value));
   const auto settings =
-      format::CreateSettings(builder, builder.CreateVector(std::vector<fb::Offset<format::PolicyChoice>>{refit}));
+      format::CreateSettings(builder, builder.CreateVector(std::vector<fb::Offset<format::PolicyChoice>>{choice}));
   const auto frame =
       format::CreateFrame(builder, 0, settings, builder.CreateVector(inputs), builder.CreateVector(made.hits));
   const auto chunk = format::CreateChunk(
@@ -121,15 +121,22 @@ TEST_CASE("what a frame names and does not have is refused") {
 
 TEST_CASE("a policy that is not in the table is refused by its name, and no text of a file is shown as it is") {
   Made made;
-  made.refit = "best3";
+  made.value = "best3";
   CHECK(reading(made).empty());
   for (const auto& [refit, named] : {std::pair<std::string, std::string>{"covariance_leaves", "covariance_leaves"},
                                      {"", ""},
                                      {"\33[2J", "??2?"},
                                      {std::string(5000, 'n'), std::string(40, 'n') + "..."}}) {
-    made.refit = refit;
+    made.value = refit;
     CHECK(says(reading(made), "a frame has refit = '" + named + "', which this library does not know"));
   }
+}
+
+TEST_CASE("a recording that was made when depth was a policy is read") {
+  Made made;
+  made.policy = "depth";
+  made.value = "fewer_starts";
+  CHECK(reading(made).empty());
 }
 
 TEST_CASE("lists that a small file names again and again are not unpacked") {

@@ -152,7 +152,7 @@ std::string contacts_of(Engine& engine, const Scene& scene, const std::vector<Hi
   const std::vector<BatchInput> inputs = scene.inputs(scene.world, false), last = scene.inputs(scene.last, false);
   Bytes out;
   std::vector<Contact> contacts(hits.size());
-  require(compute_contacts(engine, inputs, Depth::kThreeStarts, hits, contacts));
+  require(compute_contacts(engine, inputs, hits, contacts));
   out.add(contacts);
   std::vector<float> moments(hits.size()), margins(33);
   require(find_touching_moments(engine, last, inputs, 0.01f, hits, moments));
@@ -245,7 +245,7 @@ TEST_CASE("a read inside a frame is refused as busy") {
   inside.run = [&] {
     CHECK(run_queries(*engine, job) == Status::kBusy);
     CHECK(compute_boxes(*engine, input, {}, {}) == Status::kBusy);
-    CHECK(compute_contacts(*engine, {&input, 1}, Depth::kThreeStarts, {}, {}) == Status::kBusy);
+    CHECK(compute_contacts(*engine, {&input, 1}, {}, {}) == Status::kBusy);
     MaskReason reason;
     CHECK(why_masked(*engine, input, 0, &reason) == Status::kBusy);
     CHECK(spatial_order(*engine, {1}, {}) == Status::kBusy);

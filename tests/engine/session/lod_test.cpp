@@ -795,7 +795,7 @@ TEST_CASE("a level of nodes keeps its articulation, and has no exact test") {
   CHECK(run_frame(*engine, job) == Status::kLodWithoutShapes);
   const Hit pair = {{slot_of(batch).value}, 0, {slot_of(batch).value}, 1, 0, 0, 0, 0};
   Contact contact;
-  CHECK(compute_contacts(*engine, {&input, 1}, Depth::kThreeStarts, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
+  CHECK(compute_contacts(*engine, {&input, 1}, {&pair, 1}, {&contact, 1}) == Status::kBadPairs);
   CHECK(frame_of(*engine, {input}, {rule}, {}).size() > 0);
   MaskReason reason;
   CHECK(why_masked(*engine, input, 0, &reason) == Status::kOk);

@@ -285,7 +285,7 @@ TEST_CASE("every other call whose tasks a scheduler skips answers a status too, 
         return run_queries(*engine, job);
       },
       [&] {
-        return compute_contacts(*engine, {&input, 1}, Depth::kOneStart, hits, contacts);
+        return compute_contacts(*engine, {&input, 1}, hits, contacts);
       },
       [&] { return sweep_margins(*engine, input, input, numbers); },
       [&] {

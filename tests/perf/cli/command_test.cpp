@@ -278,7 +278,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
       {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, balanced, tight"},
-      {{"run", file, "--preset", "fast"}, "balanced, tight, or set --sat faces_6 --depth one_start"},
+      {{"run", file, "--preset", "fast"}, "balanced, tight, or set --sat faces_6"},
       {{"crowd", "--scene", "uniform", "--preset", ""}, "--preset"},
       {{"run", file, "--offset", "1,2"}, "--offset: '1,2' is not X,Y,Z"},
       {{"run", file, "--offset", "1,2,3,4"}, "--offset"},

@@ -37,7 +37,6 @@ class Policies:
     exact: str = "none"
     extents: str = "children"
     sat: str = "all_15"
-    depth: str = "three_starts"
 
     def __post_init__(self) -> None:
         for field in policy_table():
@@ -52,7 +51,7 @@ class Policies:
         for preset, _, values in _cab.preset_table():
             if preset == name:
                 return cls(**dict(zip(fields, values)))
-        instead = "; set sat='faces_6' and depth='one_start'" if name == "fast" else ""
+        instead = "; set sat='faces_6'" if name == "fast" else ""
         raise ValueError(f"preset: {name!r} is none of {', '.join(presets())}{instead}")
 
     def _names(self) -> List[str]:

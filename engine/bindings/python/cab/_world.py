@@ -530,8 +530,6 @@ class World:
         self,
         pairs: StructuredArray,
         poses: Union[None, Float32Array, Posed, Sequence[Posed]] = None,
-        *,
-        depth: str = "three_starts",
         **arguments: Any,
     ) -> StructuredArray:
         """How deep named links touch, or how far they are apart, at any distance, by exact shapes.
@@ -542,7 +540,7 @@ class World:
         Returns `cab.CONTACT` (n,). A masked link has the depth minus infinity.
         """
         posed = self._posed(poses, arguments)
-        return self._engine.compute_contacts(self._inputs(posed), depth, pairs)
+        return self._engine.compute_contacts(self._inputs(posed), pairs)
 
     def boxes(self, posed: Posed, policies: PoliciesLike = None) -> StructuredArray:
         """All boxes of each character, `center`, `axis` and `half`, relative to its origin along the world's axes.

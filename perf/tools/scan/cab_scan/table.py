@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tu
 from . import stopping
 from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
 
-_FORMAT = 2
+_FORMAT = 3
 _APPLICATION = 0x43414253  # "CABS", in the header of the file
 
 KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")

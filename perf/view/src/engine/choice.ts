@@ -10,7 +10,7 @@ export interface Choice {
   notes: string[];
 }
 
-const FIELDS = ['refit', 'strategy', 'exact', 'extents', 'sat', 'depth'] as const;
+const FIELDS = ['refit', 'strategy', 'exact', 'extents', 'sat'] as const;
 
 export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choice {
   const notes: string[] = [];

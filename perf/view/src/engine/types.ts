@@ -8,7 +8,6 @@ export interface Dial {
   strategy?: string;
   sat?: string;
   exact?: string;
-  depth?: string;
   margin?: number;
   /** Articulations are replaced by a level of detail of so many leaves. */
   levelLeaves?: number;

@@ -134,7 +134,7 @@ export interface Rule {
 }
 
 export interface Settings {
-  /** By field of `Policies`: refit, strategy, exact, extents, sat, depth. */
+  /** By field of `Policies`: refit, strategy, exact, extents, sat. */
   policies: Record<string, string>;
   margin: number;
   minDepth: number;

@@ -1,5 +1,5 @@
 // The choices of the dial, with the words of cab/policy.h. FCL is not part of the engine in the page.
-export type PolicyName = 'refit' | 'extents' | 'strategy' | 'sat' | 'exact' | 'depth';
+export type PolicyName = 'refit' | 'extents' | 'strategy' | 'sat' | 'exact';
 
 export interface PolicyField {
   name: PolicyName;
@@ -59,15 +59,6 @@ export const POLICY_TABLE: readonly PolicyField[] = [
     values: {
       none: 'overlapping leaf boxes are the answer',
       convex: 'the exact shapes of leaves whose boxes overlap are tested',
-    },
-  },
-  {
-    name: 'depth',
-    label: 'Depth',
-    meaning: 'How contacts search for the least depth',
-    values: {
-      three_starts: 'the best of local searches from three directions',
-      one_start: 'one local search: less time, more depths that are not the least',
     },
   },
 ];

@@ -192,7 +192,7 @@ def test_names_of_policies():
         world.run(poses, policies=name)
     with pytest.raises(ValueError, match="'slow' is none of paper, balanced, tight$"):
         world.run(poses, policies="slow")
-    with pytest.raises(ValueError, match="'fast' is none of .*; set sat='faces_6' and depth='one_start'$"):
+    with pytest.raises(ValueError, match="'fast' is none of .*; set sat='faces_6'$"):
         world.run(poses, policies="fast")
     with pytest.raises(TypeError, match="int is given"):
         world.run(poses, policies=3)

@@ -33,7 +33,7 @@ async function main(): Promise<string> {
 
   const job: FrameJob = {
     rules: [{a: batch}, {a: batch, b: batch, pairing: 'within', resting: 'reported'}],
-    policies: {refit: 'best3', strategy: 'rows', exact: 'convex', extents: 'leaves', sat: 'all_15', depth: 'one_start'},
+    policies: {refit: 'best3', strategy: 'rows', exact: 'convex', extents: 'leaves', sat: 'all_15'},
     margin: 0.5,
     minDepth: 0,
     report: 'hits',

@@ -232,7 +232,6 @@ int main(int argument_count, char** arguments) {
     job.policies.refit = static_cast<Refit>(frame % kRefitCount);
     job.policies.strategy = frame % 6 < 4 ? static_cast<Strategy>(frame % 6) : Strategy::kAuto;
     job.policies.sat = static_cast<Sat>(frame / 2 % 2);
-    job.policies.depth = static_cast<Depth>(frame / 3 % 2);
     job.policies.exact = exact ? Exact::kConvex : Exact::kNone;
     job.margin = static_cast<float>(frame % 3) / 64;
     job.min_depth = frame % 8 == 1 ? .0625f : 0;

@@ -8,7 +8,7 @@ import {abi, cab, Hash, Numbers} from './package.mjs';
 const expected = readFileSync(new URL('worlds.txt', import.meta.url), 'utf8').trim();
 const LINKS = 6, FIGURES = 48, CRATES = 16, FRAMES = 24;
 const named = (enumeration) => Object.keys(abi.enums[enumeration].values);
-const [REFITS, STRATEGIES, SATS, DEPTHS] = ['Refit', 'Strategy', 'Sat', 'Depth'].map(named);
+const [REFITS, STRATEGIES, SATS] = ['Refit', 'Strategy', 'Sat'].map(named);
 const [KINDS, WANTS] = ['QueryKind', 'QueryWant'].map(named);
 
 const boxOf = (x, y, z, along) => ({center: [along, 0, 0], axis: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], half: [x, y, z]});
@@ -107,7 +107,6 @@ function answers(module, isa) {
         refit: REFITS[frame % REFITS.length],
         strategy: frame % 6 < 4 ? STRATEGIES[frame % 6] : 'auto',
         sat: SATS[Math.floor(frame / 2) % 2],
-        depth: DEPTHS[Math.floor(frame / 3) % 2],
         exact: exact ? 'convex' : 'none',
       },
       margin: (frame % 3) / 64,

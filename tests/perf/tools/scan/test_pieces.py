@@ -120,7 +120,9 @@ def test_a_policy_that_is_gone_is_refused_by_its_name():
         policies.choose_policies("refit=covariance_leaves", "convex")
     with pytest.raises(ValueError, match=gone):
         policies.policies_of(text)
-    with pytest.raises(ValueError, match="'fast' is none of paper, balanced, tight; set sat='faces_6'"):
+    with pytest.raises(ValueError, match="there is no policy 'depth'"):
+        policies.choose_policies("depth=any", "convex")
+    with pytest.raises(ValueError, match="'fast' is none of paper, balanced, tight; set sat='faces_6'$"):
         policies.choose_policies("fast,exact=none", "convex")
 
 
