@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace cab {
@@ -42,6 +43,7 @@ class Builder {
   explicit Builder(Span<const double> vertices) {
     for (std::size_t v = 0; v + 2 < vertices.size; v += 3)
       points_.push_back({vertices[v], vertices[v + 1], vertices[v + 2]});
+    spread();
   }
 
   // Returns whether there is a polytope.
@@ -62,9 +64,10 @@ class Builder {
     out.face_count = count(faces_);
     out.edge_count = count(edges_);
     const std::uint32_t vertices = padded_for_lanes(out.vertex_count), faces = padded_for_lanes(out.face_count);
-    const Span<float> vertex = arena.allocate<float>(3 * vertices), face = arena.allocate<float>(6 * faces);
+    const Span<float> vertex = arena.allocate<float>(3 * vertices), face = arena.allocate<float>(8 * faces);
     const Span<double> exact_vertex = arena.allocate<double>(3 * out.vertex_count),
                        exact_normal = arena.allocate<double>(3 * out.face_count);
+    const std::vector<double> turn = half_arcs(faces);
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::uint32_t i = 0; i < vertices; ++i)
         vertex[c * vertices + i] = static_cast<float>(points_[std::min(i, out.vertex_count - 1)][c]);
@@ -72,6 +75,7 @@ class Builder {
         const Face& from = faces_[std::min(i, out.face_count - 1)];
         face[c * faces + i] = static_cast<float>(from.normal[c]);
         face[(3 + c) * faces + i] = static_cast<float>(points_[from.vertex][c]);
+        if (c < 2) face[(6 + c) * faces + i] = static_cast<float>(c == 0 ? std::cos(turn[i]) : std::sin(turn[i]));
       }
       for (std::uint32_t i = 0; i < out.vertex_count; ++i) exact_vertex[3 * i + c] = points_[i][c];
       for (std::uint32_t i = 0; i < out.face_count; ++i) exact_normal[3 * i + c] = faces_[i].normal[c];
@@ -85,10 +89,33 @@ class Builder {
   }
 
  private:
+  // For each face, and for those that pad them, half of the longest arc of its edges, a little more.
+  std::vector<double> half_arcs(std::uint32_t padded) const {
+    std::vector<double> out(padded, 0);
+    for (const PolytopeEdge& edge : edges_) {
+      const double cosine = dot(faces_[edge.face[0]].normal, faces_[edge.face[1]].normal);
+      const double half = std::acos(std::clamp(cosine, -1.0, 1.0)) / 2 + kSamePlane;
+      for (const std::uint16_t face : edge.face) out[face] = std::max(out[face], half);
+    }
+    std::fill(out.begin() + static_cast<std::ptrdiff_t>(faces_.size()), out.end(), out[faces_.size() - 1]);
+    return out;
+  }
+
   struct Face {
     Double3 normal;
     std::uint32_t vertex;
   };
+
+  // Puts points to the front that are far from each other: each is the farthest from those before it.
+  void spread() {
+    std::vector<double> away(points_.size(), std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < std::min<std::size_t>(kSpreadVertices, points_.size()); ++i) {
+      const auto next = std::max_element(away.begin() + static_cast<std::ptrdiff_t>(i), away.end()) - away.begin();
+      std::swap(points_[i], points_[static_cast<std::size_t>(next)]);
+      std::swap(away[i], away[static_cast<std::size_t>(next)]);
+      for (std::size_t k = i + 1; k < points_.size(); ++k) away[k] = std::min(away[k], length(points_[k] - points_[i]));
+    }
+  }
 
   // The point with the greatest of a measure.
   template <class Measure>
@@ -118,8 +145,8 @@ class Builder {
 
   void add_edge(std::uint32_t a, std::uint32_t b, std::size_t face_a, std::size_t face_b) {
     const Double3 along = unit(points_[b] - points_[a]);
-    PolytopeEdge edge = {{static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b)},
-                         {static_cast<std::uint8_t>(face_a), static_cast<std::uint8_t>(face_b)},
+    PolytopeEdge edge = {{static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(b)},
+                         {static_cast<std::uint16_t>(face_a), static_cast<std::uint16_t>(face_b)},
                          {}};
     for (std::size_t c = 0; c < 3; ++c) edge.direction[c] = static_cast<float>(along[c]);
     edges_.push_back(edge);
@@ -285,7 +312,7 @@ class Builder {
 // The arrays of the cube.
 struct Cube {
   alignas(64) float vertices[3][16];
-  alignas(64) float faces[6][16];
+  alignas(64) float faces[8][16];
   PolytopeEdge edges[12];
   double exact_vertices[8][3];
   double exact_normals[6][3];
@@ -302,6 +329,7 @@ struct Cube {
         const double normal = face / 2 == c ? (face % 2 ? 1 : -1) : 0;
         faces[c][i] = static_cast<float>(normal);
         faces[3 + c][i] = face % 2 ? 1.0f : -1.0f;
+        if (c < 2) faces[6 + c][i] = c == 0 ? 0.7071f : 0.7072f;  // of an eighth of a turn, a little more
         if (i < 6) exact_normals[i][c] = normal;
       }
     std::uint32_t count = 0;
@@ -309,8 +337,8 @@ struct Cube {
       for (std::uint32_t at = 0; at < 4; ++at) {  // along axis k, at -1 or 1 along both others
         const std::uint32_t p = (k + 1) % 3, q = (k + 2) % 3, u = at & 1, v = at >> 1;
         const std::uint32_t vertex = u << p | v << q;
-        edges[count++] = {{static_cast<std::uint8_t>(vertex), static_cast<std::uint8_t>(vertex | 1u << k)},
-                          {static_cast<std::uint8_t>(2 * p + u), static_cast<std::uint8_t>(2 * q + v)},
+        edges[count++] = {{static_cast<std::uint16_t>(vertex), static_cast<std::uint16_t>(vertex | 1u << k)},
+                          {static_cast<std::uint16_t>(2 * p + u), static_cast<std::uint16_t>(2 * q + v)},
                           {k == 0 ? 1.0f : 0.0f, k == 1 ? 1.0f : 0.0f, k == 2 ? 1.0f : 0.0f}};
       }
   }

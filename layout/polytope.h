@@ -10,12 +10,15 @@ namespace cab {
 class Arena;
 
 // The most vertices, faces and edges of a polytope.
-inline constexpr std::uint32_t kMostVertices = 64, kMostFaces = 192, kMostEdges = 256;
+inline constexpr std::uint32_t kMostVertices = 256, kMostFaces = 528, kMostEdges = 784;
+
+// How many vertices, the first ones, say roughly where a polytope is: they are far from each other.
+inline constexpr std::uint32_t kSpreadVertices = 16;
 
 // An edge by the indices of its vertices and of the two faces that it joins. Its direction is from the first vertex to
 // the second, of length 1: a difference of rounded vertices would have few digits where the edge is short.
 struct PolytopeEdge {
-  std::uint8_t vertex[2], face[2];
+  std::uint16_t vertex[2], face[2];
   float direction[3];
 };
 
@@ -30,7 +33,9 @@ struct PolytopeEdge {
 struct Polytope {
   std::uint32_t vertex_count, face_count, edge_count;
   const float* vertices;  // x, y, z
-  const float* faces;     // x, y, z of the outward normal, of length 1; x, y, z of a vertex on it
+  // x, y, z of the outward normal, of length 1; x, y, z of a vertex on it; the cosine and sine of half the longest arc
+  // from the normal to that of the other face of an edge.
+  const float* faces;
   const PolytopeEdge* edges;
   const double* exact_vertices;  // x, y, z of one vertex after the other
   const double* exact_normals;   // x, y, z of one face after the other

@@ -32,13 +32,20 @@ struct LeastDepth {
   Double3 normal, on_a, on_b;
 };
 
+// Up to so many vertices, looking at all of them is as fast as choosing faces and edges.
+inline constexpr std::uint32_t kFewVertices = 64;
+
 // A shape in the frame of a, in float. Arrays are padded to a multiple of sixteen.
 struct PosedPolytope {
   std::uint32_t vertex_count, face_count;
   alignas(64) float vertex[3][kMostVertices];
   float normal[3][kMostFaces], offset[kMostFaces];  // the plane of a face: dot(normal, x) = offset
-  float depth[kMostFaces];       // how far the other shape reaches below the plane; below 0: a separation
-  float deepest[3][kMostFaces];  // its vertex that is deepest
+  // Only of shapes of more than kFewVertices:
+  float point[3][kMostFaces];                  // a vertex of the face
+  float cosine[kMostFaces], sine[kMostFaces];  // of half the longest arc of the face's edges
+  // How far the other shape reaches below the plane, by its vertex that is deepest there; below 0: a separation. Of
+  // faces that cannot be the best: at least so far, by one of its spread vertices.
+  float depth[kMostFaces], deepest[3][kMostFaces];
 };
 
 // Edges with the normals of the faces that they join, towards the outside of the difference.
@@ -121,35 +128,108 @@ CAB_NOINLINE void pose_polytope(const DepthSide& side, const Double3 (&column)[3
   for (std::uint32_t i = 0; i < faces; i += kWidth<V>) {
     const Vec3<V> local = load(polytope.faces, faces, i), normal = rotate(axes, local);
     store3_of(out.normal, i, normal);
-    Lanes<V>::store(out.offset + i, dot(local, scaled(load(polytope.faces + 3 * faces, faces, i))) + dot(normal, at));
+    const Vec3<V> point = scaled(load(polytope.faces + 3 * faces, faces, i));
+    Lanes<V>::store(out.offset + i, dot(local, point) + dot(normal, at));
+    if (polytope.vertex_count <= kFewVertices) continue;
+    store3_of(out.point, i, at + rotate(axes, point));
+    Lanes<V>::store(out.cosine + i, Lanes<V>::load(polytope.faces + 6 * faces + i));
+    Lanes<V>::store(out.sine + i, Lanes<V>::load(polytope.faces + 7 * faces + i));
   }
 }
 
-// Writes how far another shape reaches below the planes of the faces.
+// The lowest of the first vertices of a shape along normals.
+template <class V>
+CAB_INLINE V find_lowest(const PosedPolytope& shape, std::uint32_t count, const Vec3<V>& normal, Vec3<V>& lowest) {
+  V least(std::numeric_limits<float>::infinity());
+  lowest = {V(0.0f), V(0.0f), V(0.0f)};
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const Vec3<V> vertex = {V(shape.vertex[0][v]), V(shape.vertex[1][v]), V(shape.vertex[2][v])};
+    const V height = dot(normal, vertex);
+    take<V>(height < least, vertex, lowest);
+    least = min(height, least);
+  }
+  return least;
+}
+
+// Faces that are measured by all vertices of the other shape, sixteen at a time.
+struct ChosenFaces {
+  alignas(64) float normal[3][kLanes], offset[kLanes], depth[kLanes], deepest[3][kLanes];
+  std::uint32_t face[kLanes], count = 0;
+
+  CAB_INLINE void add(const PosedPolytope& own, std::uint32_t f) {
+    for (int c = 0; c < 3; ++c) normal[c][count] = own.normal[c][f];
+    offset[count] = own.offset[f];
+    face[count++] = f;
+  }
+
+  template <class V>
+  CAB_NOINLINE void measure(const PosedPolytope& other, PosedPolytope& own) {
+    for (std::uint32_t i = count; i < kLanes; ++i) {
+      for (int c = 0; c < 3; ++c) normal[c][i] = normal[c][0];
+      offset[i] = offset[0];
+    }
+    for (std::uint32_t i = 0; i < kLanes; i += kWidth<V>) {
+      Vec3<V> lowest;
+      const V height = find_lowest(other, other.vertex_count, load3<V>(normal, i), lowest);
+      Lanes<V>::store(depth + i, Lanes<V>::load(offset + i) - height);
+      store3(deepest, i, lowest);
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      own.depth[face[i]] = depth[i];
+      for (int c = 0; c < 3; ++c) own.deepest[c][face[i]] = deepest[c][i];
+    }
+    count = 0;
+  }
+};
+
+// Writes how far another shape reaches below the planes of the faces: by its spread vertices, and by all below those
+// planes that may have the least depth.
 template <class V>
 CAB_NOINLINE void measure_faces(const PosedPolytope& other, PosedPolytope& own) {
+  const std::uint32_t few = other.vertex_count <= kFewVertices ? other.vertex_count : kSpreadVertices;
   for (std::uint32_t i = 0; i < padded_for_lanes(own.face_count); i += kWidth<V>) {
-    const Vec3<V> normal = load3_of<V>(own.normal, i);
-    V lowest(std::numeric_limits<float>::infinity());
-    Vec3<V> deepest = {V(0.0f), V(0.0f), V(0.0f)};
-    for (std::uint32_t v = 0; v < other.vertex_count; ++v) {
-      const Vec3<V> vertex = {V(other.vertex[0][v]), V(other.vertex[1][v]), V(other.vertex[2][v])};
-      const V height = dot(normal, vertex);
-      take<V>(height < lowest, vertex, deepest);
-      lowest = min(height, lowest);
-    }
+    Vec3<V> deepest;
+    const V lowest = find_lowest(other, few, load3_of<V>(own.normal, i), deepest);
     Lanes<V>::store(own.depth + i, Lanes<V>::load(own.offset + i) - lowest);
     store3_of(own.deepest, i, deepest);
   }
+  if (few == other.vertex_count || own.face_count == 0) return;
+  // The depth at the face that may be the best is a bound for all others.
+  std::uint32_t first = 0;
+  for (std::uint32_t f = 1; f < own.face_count; ++f)
+    if (own.depth[f] < own.depth[first]) first = f;
+  ChosenFaces chosen;
+  chosen.add(own, first);
+  chosen.measure<V>(other, own);
+  const float most = own.depth[first];
+  for (std::uint32_t f = 0; f < own.face_count; ++f) {
+    if (own.depth[f] > most || f == first) continue;
+    chosen.add(own, f);
+    if (chosen.count == kLanes) chosen.measure<V>(other, own);
+  }
+  if (chosen.count > 0) chosen.measure<V>(other, own);
 }
 
 // The least depth along the normal of a face.
-template <class V>
 CAB_INLINE float least_of_faces(const PosedPolytope& own) {
-  V least(std::numeric_limits<float>::infinity());
-  for (std::uint32_t i = 0; i < padded_for_lanes(own.face_count); i += kWidth<V>)
-    least = min(least, Lanes<V>::load(own.depth + i));
-  return -horizontal_max(V(0.0f) - least);
+  float least = std::numeric_limits<float>::infinity();
+  for (std::uint32_t f = 0; f < own.face_count; ++f) least = min(least, own.depth[f]);
+  return least;
+}
+
+// Writes for each face whether no direction within half an arc of its normal has a depth of `depth` or less. Along any
+// direction the depth is at least the height of a point of the difference, such as that of the face and its deepest
+// vertex; at an angle to the normal it falls at most like the point's distance from the normal times the sine.
+template <class V>
+CAB_NOINLINE void find_deep_faces(const PosedPolytope& own, float depth, std::uint8_t (&is_deep)[kMostFaces]) {
+  for (std::uint32_t i = 0; i < padded_for_lanes(own.face_count); i += kWidth<V>) {
+    const Vec3<V> point = load3_of<V>(own.point, i) - load3_of<V>(own.deepest, i);
+    const V height = dot(load3_of<V>(own.normal, i), point);
+    const V across = sqrt(max(dot(point, point) - height * height, V(0.0f)));
+    const std::uint32_t deep =
+        bits(height * Lanes<V>::load(own.cosine + i) - across * Lanes<V>::load(own.sine + i) > V(depth));
+    for (std::uint32_t lane = 0; lane < kWidth<V>; ++lane) is_deep[i + lane] = deep >> lane & 1;
+  }
 }
 
 // Whether no direction between the two normals of an edge has a depth of `depth` or less. The depth along any direction
@@ -165,14 +245,19 @@ CAB_INLINE bool is_arc_deeper(float depth_0, float depth_1, float over_0, float 
 
 // The edges of a shape along which a direction may be better than the faces. towards: 1 for those of a, -1 for those of
 // b, whose normals are those of the difference turned over.
-CAB_INLINE void list_edges(const Polytope& polytope, const Double3 (&column)[3], const PosedPolytope& own,
-                           float towards, float depth, EdgeList& out) {
+template <class V>
+CAB_NOINLINE void list_edges(const Polytope& polytope, const Double3 (&column)[3], const PosedPolytope& own,
+                             float towards, float depth, EdgeList& out) {
   const Vec3<float> axes[3] = {splat<float>(column[0]), splat<float>(column[1]), splat<float>(column[2])};
   const auto at = [](const auto& from, std::uint32_t i) { return Vec3<float>{from[0][i], from[1][i], from[2][i]}; };
+  std::uint8_t is_deep[kMostFaces];
+  const bool chooses = own.vertex_count > kFewVertices;
+  if (chooses) find_deep_faces<V>(own, depth, is_deep);
   std::uint32_t count = 0;
   for (std::uint32_t e = 0; e < polytope.edge_count; ++e) {
     const PolytopeEdge& edge = polytope.edges[e];
     const std::uint32_t f = edge.face[0], g = edge.face[1];
+    if (chooses && (is_deep[f] & is_deep[g])) continue;
     const Vec3<float> normal[2] = {at(own.normal, f), at(own.normal, g)};
     if (is_arc_deeper(own.depth[f], own.depth[g], own.offset[f] - dot(normal[0], at(own.deepest, g)),
                       own.offset[g] - dot(normal[1], at(own.deepest, f)), depth))
@@ -419,15 +504,15 @@ CAB_NOINLINE void least_depth(const DepthPair& pair, LeastDepth& out) {
   measure_faces<V>(b, a);
   measure_faces<V>(a, b);
   DepthCandidates found;
-  const float depth = min(least_of_faces<V>(a), least_of_faces<V>(b)) + kDepthRounding;
+  const float depth = min(least_of_faces(a), least_of_faces(b)) + kDepthRounding;
   found.best = -depth;
   EdgeList of_a, of_b;
   if (pair.a.polytope)
-    list_edges(*pair.a.polytope, own, a, 1, depth, of_a);
+    list_edges<V>(*pair.a.polytope, own, a, 1, depth, of_a);
   else
     list_segment(pair.a, own, a, of_a);
   if (pair.b.polytope)
-    list_edges(*pair.b.polytope, pair.column, b, -1, depth, of_b);
+    list_edges<V>(*pair.b.polytope, pair.column, b, -1, depth, of_b);
   else
     list_segment(pair.b, pair.column, b, of_b);
   if (pair.b.polytope) {

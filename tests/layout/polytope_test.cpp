@@ -9,6 +9,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -69,6 +70,19 @@ bool has(const std::vector<Point>& normals, const Point& one) {
                      [&](const Point& n) { return dot(n - one, n - one) < kNear * kNear; });
 }
 
+// Whether a polytope has the same vertices, in any order.
+bool is_permutation_of(const Polytope& polytope, const std::vector<double>& vertices) {
+  std::vector<std::array<double, 3>> own, given;
+  for (std::size_t v = 0; v < polytope.vertex_count; ++v) {
+    const double* const p = polytope.exact_vertices + 3 * v;
+    own.push_back({p[0], p[1], p[2]});
+    given.push_back({vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]});
+  }
+  std::sort(own.begin(), own.end());
+  std::sort(given.begin(), given.end());
+  return own == given;
+}
+
 // Whether the direction of an edge is that of a vector, rounded.
 bool is_along(const PolytopeEdge& edge, const Point& along) {
   const Point direction = {{edge.direction[0], edge.direction[1], edge.direction[2]}};
@@ -95,6 +109,9 @@ TEST_CASE("a polytope has the faces and edges of its hull, with short arcs betwe
       continue;
     }
     ++made;
+    REQUIRE(polytope->vertex_count == points.size());
+    CHECK(is_permutation_of(*polytope, vertices));
+    for (std::size_t v = 0; v < points.size(); ++v) points[v] = at(polytope->exact_vertices, v);
     std::vector<Point> normals;
     for (std::uint32_t f = 0; f < polytope->face_count; ++f) normals.push_back(at(polytope->exact_normals, f));
     for (const Point& normal : right.normals) CHECK(has(normals, normal));
@@ -114,7 +131,7 @@ TEST_CASE("a polytope has the faces and edges of its hull, with short arcs betwe
       CHECK(is_along(edge, points[edge.vertex[1]] - points[edge.vertex[0]]));
       // Both ends are farthest along both normals, and so along all of the arc.
       for (const Point& normal : {n, m})
-        for (const std::uint8_t v : edge.vertex) CHECK(dot(normal, points[v]) >= height(vertices, normal) - kNear);
+        for (const std::uint16_t v : edge.vertex) CHECK(dot(normal, points[v]) >= height(vertices, normal) - kNear);
     }
     // Every edge of the hull is there: along the middle of its arc some edge has both of its ends.
     for (const oracle::HullEdge& edge : right.edges) {
@@ -146,7 +163,7 @@ TEST_CASE("arrays of a polytope hold what is exact, rounded, and are padded with
     for (std::uint32_t c = 0; c < 3; ++c) {
       for (std::uint32_t v = 0; v < padded_for_lanes(count); ++v)
         CHECK(polytope->vertices[c * padded_for_lanes(count) + v] ==
-              static_cast<float>(vertices[3 * std::min(v, count - 1) + c]));
+              static_cast<float>(polytope->exact_vertices[3 * std::min(v, count - 1) + c]));
       for (std::uint32_t f = 0; f < padded_for_lanes(faces); ++f)
         CHECK(polytope->faces[c * padded_for_lanes(faces) + f] ==
               static_cast<float>(polytope->exact_normals[3 * std::min(f, faces - 1) + c]));
@@ -157,6 +174,42 @@ TEST_CASE("arrays of a polytope hold what is exact, rounded, and are padded with
                   on = {{component(3), component(4), component(5)}};
       CHECK(std::fabs(dot(normal, on) - height(vertices, normal)) < kNear);
     }
+  }
+}
+
+TEST_CASE("the first vertices are far from each other, and half arcs hold the middle of every edge's arc") {
+  Random random(11);
+  Arena arena{default_allocator()};
+  for (const std::uint32_t form : {kBall, kGrid, kNeedle, kPrism}) {
+    CAPTURE(form);
+    const std::vector<double> vertices = vertices_of(random, static_cast<Form>(form));
+    const Polytope* const polytope = make_polytope(vertices, arena);
+    REQUIRE(polytope);
+    const std::uint32_t padded = padded_for_lanes(polytope->face_count);
+    for (std::uint32_t e = 0; e < polytope->edge_count; ++e) {
+      const std::uint16_t(&face)[2] = polytope->edges[e].face;
+      const Point n = at(polytope->exact_normals, face[0]), m = at(polytope->exact_normals, face[1]);
+      const Real half = std::acos(std::clamp(dot(n, m), Real{-1}, Real{1})) / 2;
+      for (const std::uint16_t f : face) {
+        CHECK(polytope->faces[6 * padded + f] <= std::cos(half) + 1e-7L);
+        CHECK(polytope->faces[7 * padded + f] >= std::sin(half) - 1e-7L);
+      }
+    }
+    // No vertex is farther from all of the first than the first are from each other.
+    const auto distance = [&](std::uint32_t a, std::uint32_t b) {
+      const Point off = at(polytope->exact_vertices, a) - at(polytope->exact_vertices, b);
+      return std::sqrt(dot(off, off));
+    };
+    if (polytope->vertex_count <= kSpreadVertices) continue;
+    Real closest = 10, farthest = 0;
+    for (std::uint32_t a = 0; a < kSpreadVertices; ++a)
+      for (std::uint32_t b = 0; b < a; ++b) closest = std::min(closest, distance(a, b));
+    for (std::uint32_t v = kSpreadVertices; v < polytope->vertex_count; ++v) {
+      Real nearest = 10;
+      for (std::uint32_t a = 0; a < kSpreadVertices; ++a) nearest = std::min(nearest, distance(a, v));
+      farthest = std::max(farthest, nearest);
+    }
+    CHECK(farthest <= closest);
   }
 }
 
@@ -191,8 +244,8 @@ TEST_CASE("the cube is the polytope of its eight vertices") {
     CHECK(shared == 2);
     CHECK(is_along(cube.edges[e], at(cube.exact_vertices, cube.edges[e].vertex[1]) -
                                       at(cube.exact_vertices, cube.edges[e].vertex[0])));
-    for (const std::uint8_t face : cube.edges[e].face)
-      for (const std::uint8_t v : cube.edges[e].vertex)
+    for (const std::uint16_t face : cube.edges[e].face)
+      for (const std::uint16_t v : cube.edges[e].vertex)
         CHECK(dot(at(cube.exact_normals, face), at(cube.exact_vertices, v)) == 1);
   }
 }

@@ -169,11 +169,77 @@ TEST_CASE("the depth of needles is the least one, though their edges are short b
   Random random(3175657);
   const RandomBlock made(random, ConvexRegime::kNeedles, ShapeKind::kConvexHull, ShapeKind::kBox);
   const Real least = -judge_case(made.cases[2], oracle::Effort::kMeasure).verdict.gap_at_most;
-  CHECK(least == doctest::Approx(5.14e-6L).epsilon(1e-3));
+  CHECK(static_cast<double>(least) == doctest::Approx(5.14e-6).epsilon(1e-3));
   for (const kernel::KernelTable* kernels : available_kernels()) {
     kernel::ConvexContacts found;
     kernels->contact_pairs(made.block, found);
     CHECK(found.depth[2] < least + 1e-9L);
     CHECK(found.depth[2] > least - 1e-9L);
+  }
+}
+
+TEST_CASE("the depth of hulls of many vertices, and of a capsule in one, is the least one") {
+  const kernel::FloatMode mode;
+  Random random(77);
+  // The judge takes some seconds for a hull of so many vertices.
+  const auto judged_lanes = static_cast<std::uint32_t>(std::max<std::uint64_t>(rounds(4), 1));
+  for (const bool with_capsule : {false, true}) {
+    RandomBlock made(random, ConvexRegime::kConcentric, ShapeKind::kConvexHull,
+                     with_capsule ? ShapeKind::kCapsule : ShapeKind::kConvexHull);
+    std::vector<ConvexPart> parts;
+    std::uint32_t begin[2 * kLanes + 1] = {};
+    for (ConvexCase& one : made.cases) {
+      for (oracle::PosedPart* posed : {&one.a, &one.b}) {
+        if (posed->part.kind == ShapeKind::kConvexHull) {
+          posed->vertices.clear();
+          const std::uint32_t count = 70 + random.index(40);
+          for (std::uint32_t v = 0; v < count; ++v) {
+            const auto out = random.unit_vector();
+            for (std::size_t c = 0; c < 3; ++c)
+              posed->vertices.push_back(static_cast<float>(out[c] * (1.0 + 0.4 * static_cast<double>(c))));
+          }
+          for (float& size : posed->part.position) size = 0;
+        } else {
+          posed->part.size[0] = 0.2f;
+          posed->part.size[1] = 0.4f;
+        }
+        for (std::size_t c = 0; c < 3; ++c) posed->pose[4 + c] = static_cast<float>(random.uniform(-0.4, 0.4));
+      }
+      for (double& by : one.shift) by = 0;
+      bind_vertices(one);
+      for (const oracle::PosedPart* posed : {&one.a, &one.b}) {
+        parts.push_back(posed->part);
+        begin[parts.size()] = static_cast<std::uint32_t>(parts.size());
+      }
+    }
+    Articulation articulation;
+    articulation.leaf_count = 2 * kLanes;
+    articulation.parts = parts;
+    articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
+    Arena arena{default_allocator()};
+    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+    kernel::ConvexBlock block = made.block;
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      block.a.shape[i] = &shapes.shapes[2 * i];
+      block.b.shape[i] = &shapes.shapes[2 * i + 1];
+      REQUIRE(block.a.shape[i]->polytope);
+      for (auto& by : block.shift.by) by[i] = 0;
+      block.scale[i] = 0.25f;
+    }
+    kernel::ConvexContacts found;
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      kernel::ConvexContacts other;
+      kernels->contact_pairs(block, other);
+      if (kernels == available_kernels()[0]) found = other;
+      CHECK(same_bits(found, other));
+    }
+    for (std::uint32_t i = 0; i < judged_lanes; ++i) {
+      CAPTURE(with_capsule);
+      CAPTURE(i);
+      const Real least = -judge_case(made.cases[i], oracle::Effort::kMeasure).verdict.gap_at_most;
+      CHECK(least > 0);
+      CHECK(found.depth[i] <= least + 1e-9L);
+      CHECK(found.depth[i] >= least - 1e-9L);
+    }
   }
 }
