@@ -10,7 +10,7 @@ using namespace cab::oracle;
 
 // Made by `cab record --scene level --characters 12 --frames 0:5 --exact convex`. docs/recording.md says when to
 // make it anew.
-constexpr std::uint64_t kGoldenHash = 0x25b13ae0d67a1dedu;
+constexpr std::uint64_t kGoldenHash = 0x825cf8c1f7f4f0abu;
 
 TEST_CASE("the recording in the tree replays to its hash with every instruction set and policy of speed") {
   record::Recording recording;
