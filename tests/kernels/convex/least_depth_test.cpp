@@ -163,8 +163,8 @@ TEST_CASE("vertices in two planes with edges across give a contact of edges") {
 }
 
 TEST_CASE("the depth of needles is the least one, though their edges are short beside their distance") {
-  // A needle of 32 vertices and a box of 8e-6 x 1e-5 x 0.6. Directions of edges as differences of posed vertices in float
-  // had three digits here, and the depth was 200 times the least.
+  // A needle of 32 vertices and a box of 8e-6 x 1e-5 x 0.6. Directions of edges as differences of posed vertices in
+  // float had three digits here, and the depth was 200 times the least.
   const kernel::FloatMode mode;
   Random random(3175657);
   const RandomBlock made(random, ConvexRegime::kNeedles, ShapeKind::kConvexHull, ShapeKind::kBox);
