@@ -1,6 +1,6 @@
 """Collision checks of robots: which states of the joints collide, and what touches in them."""
 
-from typing import List, Optional, Tuple, Union
+from typing import List, Literal, Optional, Tuple, Union, overload
 
 import numpy as np
 
@@ -39,7 +39,7 @@ class CollisionChecker:
     Shapes are tested exactly, sixteen states at a time. Any thread may call; one call runs at a time.
     """
 
-    __slots__ = ("_checker", "_names", "_variables")
+    __slots__ = ("_checker", "_fixed", "_links", "_variables")
 
     def __init__(
         self,
@@ -56,8 +56,8 @@ class CollisionChecker:
         body = robot.body.ignoring(ignored)
         self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin)
         self._variables = len(robot.variables)
-        # Of the robot, then of what is fixed; of points a name for all.
-        self._names: List[Union[str, Tuple[str, ...]]] = [body.names]
+        self._links = body.names
+        self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all
 
     def add_fixed(self, body: Body, poses: Optional[ArrayLike] = None) -> None:
         """Adds a body that stands still in the robot's frame, such as a table.
@@ -68,7 +68,7 @@ class CollisionChecker:
         if poses is None:
             poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float32), (links, 1))
         self._checker.add_fixed(body._data, small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)"))
-        self._names.append(body.names)
+        self._fixed.append(body.names)
 
     def add_points(self, points: ArrayLike, radius: float, *, name: str = "points") -> None:
         """Adds points that stand still in the robot's frame, such as those of a depth camera, each as a ball.
@@ -80,7 +80,7 @@ class CollisionChecker:
         0.5 microseconds per point; then calls take 8 ns per point, and a state some microseconds: thin a cloud out.
         """
         self._checker.add_points(small_array(points, "f4", "points", (None, 3), "(n, 3)"), radius)
-        self._names.append(name)
+        self._fixed.append(name)
 
     def collides(self, states: ArrayLike) -> BoolArray:
         """(n,) bool: whether any tested links touch in each of the states (n, variables).
@@ -110,6 +110,13 @@ class CollisionChecker:
         distance: Float64Array = self.distances(states, most)["distance"].astype(np.float64)
         return distance
 
+    @overload
+    def distances(self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...) -> StructuredArray: ...
+    @overload
+    def distances(
+        self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]
+    ) -> Tuple[StructuredArray, Float64Array]: ...
+
     def distances(
         self, states: ArrayLike, most: float = 1.0, *, gradients: bool = False
     ) -> Union[StructuredArray, Tuple[StructuredArray, Float64Array]]:
@@ -130,10 +137,11 @@ class CollisionChecker:
         """The names of the two links of each row of `hits` or `distances`; of a point it is "points 17"."""
 
         def other(row: np.void) -> str:
-            names, link = self._names[row["fixed"] + 1], row["link_b"]
+            fixed, link = int(row["fixed"]), int(row["link_b"])
+            names = self._links if fixed < 0 else self._fixed[fixed]
             return f"{names} {link}" if isinstance(names, str) else names[link]
 
-        return [(self._names[0][row["link_a"]], other(row)) for row in rows]
+        return [(self._links[int(row["link_a"])], other(row)) for row in rows]
 
     def edges(
         self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from typing import TYPE_CHECKING, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Dict, List, Literal, NamedTuple, Optional, Tuple, Union, overload
 
 import numpy as np
 
@@ -196,11 +196,19 @@ class Robot:
         """How near links come in the states (n, variables): `CollisionChecker.clearance` of the same checker."""
         return self._own_checker().clearance(states, most)
 
+    @overload
+    def distances(self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...) -> StructuredArray: ...
+    @overload
+    def distances(
+        self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]
+    ) -> Tuple[StructuredArray, Float64Array]: ...
+
     def distances(
         self, states: ArrayLike, most: float = 1.0, *, gradients: bool = False
     ) -> Union[StructuredArray, Tuple[StructuredArray, Float64Array]]:
         """The nearest links in the states (n, variables): `CollisionChecker.distances` of the same checker."""
-        return self._own_checker().distances(states, most, gradients=gradients)
+        checker = self._own_checker()
+        return checker.distances(states, most, gradients=True) if gradients else checker.distances(states, most)
 
     def edges(
         self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
