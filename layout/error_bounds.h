@@ -247,17 +247,17 @@ inline constexpr double kGjkProgressDouble = 0x1p-44;
 // is a supporting plane; step 9.9.
 inline constexpr double kContactProgress = 0x1p-20;
 inline constexpr double kDepthProgress = 0x1p-18;
-inline constexpr double kSettledCosine = 1 - 0x1p-20;   // of two rays in turn, at the end of the search
-inline constexpr double kLeastNormal = 0x1p-1000;       // a shorter vector has no direction
-inline constexpr double kFlatTriangle = 0x1p-60;        // a triangle with a smaller sine, squared, is a segment
-inline constexpr double kParallelInDouble = 0x1p-50;    // segments with a smaller sine, squared, are parallel
-inline constexpr double kMeetingSegments = 0x1p-66;     // the square of a distance of segments that meet
-inline constexpr float kDepthRounding = 0x1p-19f;       // of a separation of polytopes of size 1 in float
-inline constexpr float kParallelDirections = 0x1p-17f;  // edges with a smaller sine give no direction
-inline constexpr double kSameHeight = 0x1p-42;          // vertices of a face, along its normal
-inline constexpr double kSameInPlane = 0x1p-80;         // the square of a distance of faces that meet
-inline constexpr double kLeastCurvature = 0x1p-7;       // Newton's lower eigenvalue over the greater one
-inline constexpr double kLeastDamping = 0x1p-12;        // Newton stops below this share of a step
+inline constexpr double kSettledCosine = 1 - 0x1p-20;  // of two rays in turn, at the end of the search
+inline constexpr double kLeastNormal = 0x1p-1000;      // a shorter vector has no direction
+inline constexpr double kFlatTriangle = 0x1p-60;       // a triangle with a smaller sine, squared, is a segment
+inline constexpr double kParallelInDouble = 0x1p-50;   // segments with a smaller sine, squared, are parallel
+inline constexpr double kMeetingSegments = 0x1p-66;    // the square of a distance of segments that meet
+inline constexpr float kDepthRounding = 0x1p-19f;      // of a separation of polytopes of size 1 in float
+inline constexpr double kFarPolytopes = 0x1p10;        // so far apart in sizes, polytopes are left to GJK
+inline constexpr double kSameHeight = 0x1p-42;         // vertices of a face, along its normal
+inline constexpr double kSameInPlane = 0x1p-80;        // the square of a distance of faces that meet
+inline constexpr double kLeastCurvature = 0x1p-7;      // Newton's lower eigenvalue over the greater one
+inline constexpr double kLeastDamping = 0x1p-12;       // Newton stops below this share of a step
 
 // A ray that touches a shape touches it grown by at most this many times the slack of step 11.1. Four of them are where
 // the search for the parameter ends; step 11.4.

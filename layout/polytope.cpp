@@ -265,9 +265,9 @@ class Builder {
     std::size_t edge_count = 0;
     for_each_edge([&](std::uint32_t, std::uint32_t, std::uint32_t s, std::uint32_t t) {
       ++edge_count;
-      if (length(triangles_[s].normal - triangles_[t].normal) > kSamePlane) return;
       s = find(s);
       t = find(t);
+      if (length(triangles_[s].normal - triangles_[t].normal) > kSamePlane) return;
       if (triangles_[s].area < triangles_[t].area) std::swap(s, t);
       root[t] = s;  // the largest triangle says how the face lies
     });

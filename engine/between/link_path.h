@@ -27,6 +27,11 @@ class LinkPath {
            t * (pose_[1].translation - pose_[0].translation);
   }
 
+  // The sums of the components of its translations, without signs, in both frames together.
+  double translations() const {
+    return kernel::sum(kernel::abs(pose_[0].translation)) + kernel::sum(kernel::abs(pose_[1].translation));
+  }
+
   // The greatest speed with which the link turns, in radians per unit of t.
   double most_turn() const;
 

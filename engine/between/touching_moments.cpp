@@ -38,8 +38,7 @@ class Moments {
     drift_ = std::sqrt(kernel::dot(drift, drift));
     apart_ = std::sqrt(kernel::dot(first, first)) + drift_;
     scale_ = std::max({a.scale_at(0), a.scale_at(1), b.scale_at(0), b.scale_at(1)});
-    rounding_ = kPathRounding * (kernel::sum(kernel::abs(a.place_at(0))) + kernel::sum(kernel::abs(a.place_at(1))) +
-                                 kernel::sum(kernel::abs(b.place_at(0))) + kernel::sum(kernel::abs(b.place_at(1))));
+    rounding_ = kPathRounding * (a.translations() + b.translations());
   }
 
   // Takes sixteen intervals of a width, the first of which begins at `begin`.

@@ -299,6 +299,7 @@ void Recording::Storage::read_settings(const format::Settings& settings, Recorde
   if (settings.policies() != nullptr)
     for (const format::PolicyChoice* const choice : *settings.policies()) {
       const char *const name = text_of(choice->field()), *const value = text_of(choice->value());
+      if (std::strcmp(name, "depth") == 0) continue;  // a policy of older recordings, which changed depths alone
       std::uint32_t field = 0;
       while (field < fields.size && std::strcmp(fields[field].name, name) != 0) ++field;
       if (!policy_set(job.policies, field, value))

@@ -85,6 +85,8 @@ CAB_NOINLINE PolytopeLanes polytope_contact(const ContactLanes<V>& pair, Touchin
     };
     const ConvexShape &a = *pair.shapes_a[i], &b = *pair.shapes_b[i];
     if ((a.kind != ConvexKind::kRound && !a.polytope) || (b.kind != ConvexKind::kRound && !b.polytope)) continue;
+    // So far apart that float has no digits left for the shapes.
+    if (!(sum(abs(at(t))) < kFarPolytopes)) continue;
     LeastDepth least;
     least_depth<V>({side(a, 0), side(b, 1), {at(column[0]), at(column[1]), at(column[2])}, at(t)}, least);
     which.found |= 1u << i;

@@ -55,34 +55,6 @@ struct EdgeList {
   std::uint32_t edge[kMostEdges];
 };
 
-// A direction to try in double: of a face of a, of a face of b, or of an edge of each.
-struct DepthCandidate {
-  enum Kind : std::uint32_t { kFaceOfA, kFaceOfB, kEdges } kind;
-  std::uint32_t of_a, of_b;
-  float most;  // what its separation is at most
-};
-
-// In float, directions that may be the best: those whose separation is within their own rounding of it.
-struct DepthCandidates {
-  static constexpr std::uint32_t kMost = 32;
-  std::uint32_t count = 0;
-  float best = -std::numeric_limits<float>::infinity();  // the largest separation that is certain
-  DepthCandidate list[kMost];
-
-  CAB_INLINE void add(const DepthCandidate& candidate) {
-    if (count == kMost) drop();
-    if (count < kMost) list[count++] = candidate;
-  }
-
-  // Leaves out those that are below the best.
-  CAB_INLINE void drop() {
-    std::uint32_t kept = 0;
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (list[i].most >= best) list[kept++] = list[i];
-    count = kept;
-  }
-};
-
 template <class V>
 CAB_INLINE Vec3<V> splat(const Double3& v) {
   return {V(static_cast<float>(v.x)), V(static_cast<float>(v.y)), V(static_cast<float>(v.z))};
@@ -298,60 +270,6 @@ CAB_INLINE void list_segment(const DepthSide& side, const Double3 (&column)[3], 
   out.edge[0] = 0;
 }
 
-// Tries one edge with all edges of the other shape. is_segment: the one is a segment. towards: 1 if the one is of a.
-template <class V>
-CAB_INLINE void cross_edges(const EdgeList& ones, std::uint32_t one, bool is_segment, float towards,
-                            const EdgeList& others, DepthCandidates& found) {
-  const auto of_one = [one](const float(&from)[3][kMostEdges]) {
-    return Vec3<float>{from[0][one], from[1][one], from[2][one]};
-  };
-  const auto splatted = [](const Vec3<float>& v) { return Vec3<V>{V(v.x), V(v.y), V(v.z)}; };
-  const Vec3<float> along_one = of_one(ones.direction);
-  // The plane of the arc of `one`.
-  Vec3<float> normal_a = along_one, normal_b = along_one, plane_of_one = along_one;
-  if (!is_segment) {
-    normal_a = of_one(ones.normal[0]);
-    normal_b = of_one(ones.normal[1]);
-    plane_of_one = cross(normal_b, normal_a);
-  }
-  const Vec3<V> along = splatted(along_one), start = splatted(of_one(ones.start)), plane = splatted(plane_of_one),
-                a = splatted(normal_a), b = splatted(normal_b);
-  const V zero(0.0f);
-  for (std::uint32_t i = 0; i < padded_for_lanes(others.count); i += kLanes) {
-    alignas(64) float separation[kLanes], rounding[kLanes];
-    std::uint32_t crossing = 0;
-    for (std::uint32_t j = i; j < i + kLanes; j += kWidth<V>) {
-      const Vec3<V> c = load3_of<V>(others.normal[0], j), d = load3_of<V>(others.normal[1], j);
-      const V side_c = dot(c, plane), side_d = dot(d, plane);
-      Mask<V> cross_here = side_c * side_d < zero;
-      if (!bits(cross_here)) continue;
-      if (!is_segment) {
-        const Vec3<V> plane_of_other = cross(d, c);
-        const V side_a = dot(a, plane_of_other), side_b = dot(b, plane_of_other);
-        cross_here = both(cross_here, both(side_a * side_b<zero, side_c * side_b> zero));
-        if (!bits(cross_here)) continue;
-      }
-      const Vec3<V> normal = cross(along, load3_of<V>(others.direction, j));
-      const V sine = sqrt(dot(normal, normal));
-      const V gap = V(towards) * dot(normal, load3_of<V>(others.start, j) - start);
-      const V outward = dot(normal, c + d);
-      const V one_over = divide(V(1.0f), sine);
-      Lanes<V>::store(separation + (j - i), one_over * select(outward < zero, zero - gap, gap));
-      Lanes<V>::store(rounding + (j - i), V(kDepthRounding) * one_over);
-      crossing |= bits(both(cross_here, sine > V(kParallelDirections))) << (j - i);
-    }
-    const float best_before = found.best;
-    for (std::uint32_t rest = crossing; rest; rest &= rest - 1) {
-      const std::uint32_t lane = lowest_bit(rest);
-      const float most = separation[lane] + rounding[lane];
-      if (!(most >= best_before)) continue;
-      found.best = max(found.best, separation[lane] - rounding[lane]);
-      const std::uint32_t e = ones.edge[one], f = others.edge[i + lane];
-      found.add({DepthCandidate::kEdges, towards > 0 ? e : f, towards > 0 ? f : e, most});
-    }
-  }
-}
-
 // How far a shape reaches along a direction in its own axes.
 CAB_INLINE double reach_along(const DepthSide& side, const Double3& d) {
   if (!side.polytope) return side.lengths.z * abs(d.z);
@@ -370,6 +288,10 @@ CAB_INLINE Double3 vertex_of(const DepthSide& side, std::uint32_t v) {
   return {side.lengths.x * p[0], side.lengths.y * p[1], side.lengths.z * p[2]};
 }
 
+// A point of an edge, and the way along it.
+CAB_INLINE Double3 start_of(const DepthSide& side, std::uint32_t e) {
+  return vertex_of(side, side.polytope ? side.polytope->edges[e].vertex[0] : 0u);
+}
 CAB_INLINE Double3 edge_of(const DepthSide& side, std::uint32_t e) {
   if (!side.polytope) return {0, 0, 1};
   const PolytopeEdge& edge = side.polytope->edges[e];
@@ -381,16 +303,15 @@ CAB_INLINE Double3 in_b(const DepthPair& pair, const Double3& v) {
   return {dot(pair.column[0], v), dot(pair.column[1], v), dot(pair.column[2], v)};
 }
 
-// The vertices of a shape that are farthest along a direction in its own axes, to rounding, up to kMost.
+// The vertices of a shape that are farthest along a direction in its own axes, to rounding.
 struct FarthestVertices {
-  static constexpr std::uint32_t kMost = 16;
   std::uint32_t count = 0;
-  Double3 at[kMost];
+  Double3 at[kMostVertices];
 
   CAB_INLINE void find(const DepthSide& side, const Double3& d, double within) {
     const double height = reach_along(side, d) - within;
     const std::uint32_t vertices = side.polytope ? side.polytope->vertex_count : side.lengths.z > 0 ? 2 : 1;
-    for (std::uint32_t v = 0; v < vertices && count < kMost; ++v)
+    for (std::uint32_t v = 0; v < vertices; ++v)
       if (const Double3 p = vertex_of(side, v); dot(p, d) >= height) at[count++] = p;
   }
 };
@@ -406,8 +327,7 @@ CAB_NOINLINE void nearest_in_plane(const FarthestVertices& a, const FarthestVert
   };
   const Double3 any = abs(normal.x) < 0.5 ? Double3{1, 0, 0} : Double3{0, 1, 0};
   const Double3 x = normalized(cross(normal, any)), y = cross(normal, x);
-  double ax[FarthestVertices::kMost], ay[FarthestVertices::kMost], bx[FarthestVertices::kMost],
-      by[FarthestVertices::kMost];
+  double ax[kMostVertices], ay[kMostVertices], bx[kMostVertices], by[kMostVertices];
   for (std::uint32_t i = 0; i < a.count; ++i) {
     ax[i] = dot(x, a.at[i]);
     ay[i] = dot(y, a.at[i]);
@@ -474,24 +394,116 @@ CAB_NOINLINE void nearest_in_plane(const FarthestVertices& a, const FarthestVert
   }
 }
 
-// The normal of a candidate, in double, of length 1 and outward.
-CAB_INLINE Double3 normal_of(const DepthPair& pair, const DepthCandidate& candidate) {
-  const auto exact = [](const Polytope& polytope, std::uint32_t face) {
-    const double* const n = polytope.exact_normals + 3 * face;
-    return Double3{n[0], n[1], n[2]};
+// The outward normal of a face of a polytope.
+CAB_INLINE Double3 normal_of_face(const Polytope& polytope, std::uint32_t face) {
+  const double* const n = polytope.exact_normals + 3 * face;
+  return {n[0], n[1], n[2]};
+}
+
+// How far b must move along a direction to be free, by all vertices of both shapes.
+CAB_INLINE double depth_along(const DepthPair& pair, const Double3& d) {
+  return (reach_along(pair.a, d) + reach_along(pair.b, -1.0 * in_b(pair, d))) - dot(d, pair.t);
+}
+
+// What was found so far.
+struct BestDepth {
+  const DepthPair& pair;
+  double depth = std::numeric_limits<double>::infinity();
+  Double3 normal = {0, 0, 0};
+  float separation = -std::numeric_limits<float>::infinity();  // less the depth, or what float is sure of; rounded down
+
+  CAB_INLINE void take(double found, const Double3& along) {
+    if (!(found < depth)) return;
+    depth = found;
+    normal = along;
+    separation = max(separation, static_cast<float>(-depth) - kDepthRounding);
+  }
+
+  // Tries the normal of a face.
+  CAB_INLINE void try_along(const Double3& along) { take(depth_along(pair, along), along); }
+
+  // Tries an edge of each, if their arcs cross: the normal is that of a face of the difference then, and the depth is
+  // the height of the two edges along it.
+  CAB_NOINLINE void try_edges(std::uint32_t of_a, std::uint32_t of_b) {
+    const Double3 e = edge_of(pair.a, of_a), f = rotate(pair.column, edge_of(pair.b, of_b));
+    Double3 outward = {0, 0, 0}, normals_a[2] = {e, e}, normals_b[2] = {f, f};  // of segments: the axis of all of them
+    if (pair.a.polytope)
+      for (int n = 0; n < 2; ++n) {
+        normals_a[n] = normal_of_face(*pair.a.polytope, pair.a.polytope->edges[of_a].face[n]);
+        outward = outward + normals_a[n];
+      }
+    if (pair.b.polytope)
+      for (int n = 0; n < 2; ++n) {
+        normals_b[n] =
+            -1.0 * rotate(pair.column, normal_of_face(*pair.b.polytope, pair.b.polytope->edges[of_b].face[n]));
+        if (!pair.a.polytope) outward = outward + normals_b[n];
+      }
+    const Double3 plane_a = pair.a.polytope ? cross(normals_a[1], normals_a[0]) : e,
+                  plane_b = pair.b.polytope ? cross(normals_b[1], normals_b[0]) : f;
+    const double c = dot(normals_b[0], plane_a), d = dot(normals_b[1], plane_a), a = dot(normals_a[0], plane_b),
+                 b = dot(normals_a[1], plane_b);
+    if (pair.b.polytope && !(c * d <= 0)) return;
+    if (pair.a.polytope && !(a * b <= 0)) return;
+    if (pair.a.polytope && pair.b.polytope && !(c * b >= 0)) return;
+    Double3 along = cross(e, f);
+    const double sine_sq = dot(along, along) / (dot(e, e) * dot(f, f));
+    if (!(sine_sq > kParallelInDouble)) return;
+    along = normalized(along);
+    if (dot(along, outward) < 0) along = -1.0 * along;
+    const Double3 on_a = start_of(pair.a, of_a), on_b = pair.t + rotate(pair.column, start_of(pair.b, of_b));
+    take(dot(along, on_a - on_b), along);
+  }
+};
+
+// Tries one edge with all edges of the other shape. is_segment: the one is a segment. towards: 1 if the one is of a.
+template <class V>
+CAB_INLINE void cross_edges(const EdgeList& ones, std::uint32_t one, bool is_segment, float towards,
+                            const EdgeList& others, BestDepth& found) {
+  const auto of_one = [one](const float(&from)[3][kMostEdges]) {
+    return Vec3<float>{from[0][one], from[1][one], from[2][one]};
   };
-  if (candidate.kind == DepthCandidate::kFaceOfA) return exact(*pair.a.polytope, candidate.of_a);
-  if (candidate.kind == DepthCandidate::kFaceOfB)
-    return -1.0 * rotate(pair.column, exact(*pair.b.polytope, candidate.of_b));
-  const Double3 normal =
-      normalized(cross(edge_of(pair.a, candidate.of_a), rotate(pair.column, edge_of(pair.b, candidate.of_b))));
-  // Outward of the faces that the edge joins.
-  const bool is_of_a = pair.a.polytope;
-  const Polytope& polytope = is_of_a ? *pair.a.polytope : *pair.b.polytope;
-  const PolytopeEdge& edge = polytope.edges[is_of_a ? candidate.of_a : candidate.of_b];
-  const Double3 outward = exact(polytope, edge.face[0]) + exact(polytope, edge.face[1]);
-  const double along = is_of_a ? dot(normal, outward) : -dot(normal, rotate(pair.column, outward));
-  return along < 0 ? -1.0 * normal : normal;
+  const auto splatted = [](const Vec3<float>& v) { return Vec3<V>{V(v.x), V(v.y), V(v.z)}; };
+  const Vec3<float> along_one = of_one(ones.direction);
+  // The plane of the arc of `one`.
+  Vec3<float> normal_a = along_one, normal_b = along_one, plane_of_one = along_one;
+  if (!is_segment) {
+    normal_a = of_one(ones.normal[0]);
+    normal_b = of_one(ones.normal[1]);
+    plane_of_one = cross(normal_b, normal_a);
+  }
+  const Vec3<V> along = splatted(along_one), start = splatted(of_one(ones.start)), plane = splatted(plane_of_one),
+                a = splatted(normal_a), b = splatted(normal_b);
+  const V zero(0.0f);
+  for (std::uint32_t i = 0; i < padded_for_lanes(others.count); i += kLanes) {
+    alignas(64) float most[kLanes];  // what the separation is at most
+    std::uint32_t crossing = 0;
+    for (std::uint32_t j = i; j < i + kLanes; j += kWidth<V>) {
+      const Vec3<V> c = load3_of<V>(others.normal[0], j), d = load3_of<V>(others.normal[1], j);
+      const V side_c = dot(c, plane), side_d = dot(d, plane);
+      Mask<V> cross_here = side_c * side_d < zero;
+      if (!bits(cross_here)) continue;
+      if (!is_segment) {
+        const Vec3<V> plane_of_other = cross(d, c);
+        const V side_a = dot(a, plane_of_other), side_b = dot(b, plane_of_other);
+        cross_here = both(cross_here, both(side_a * side_b<zero, side_c * side_b> zero));
+        if (!bits(cross_here)) continue;
+      }
+      const Vec3<V> normal = cross(along, load3_of<V>(others.direction, j));
+      const V sine = sqrt(dot(normal, normal));
+      const V gap = V(towards) * dot(normal, load3_of<V>(others.start, j) - start);
+      const V outward = dot(normal, c + d);
+      const V one_over = divide(V(1.0f), sine);
+      const V separation = one_over * select(outward < zero, zero - gap, gap);
+      Lanes<V>::store(most + (j - i), separation + V(kDepthRounding) * one_over);
+      crossing |= bits(cross_here) << (j - i);
+    }
+    for (; crossing; crossing &= crossing - 1) {
+      const std::uint32_t lane = lowest_bit(crossing);
+      if (most[lane] < found.separation) continue;  // not a number where edges are parallel
+      const std::uint32_t e = ones.edge[one], f = others.edge[i + lane];
+      found.try_edges(towards > 0 ? e : f, towards > 0 ? f : e);
+    }
+  }
 }
 
 // Finds the least depth of two shapes, at least one of which is a polytope.
@@ -503,9 +515,9 @@ CAB_NOINLINE void least_depth(const DepthPair& pair, LeastDepth& out) {
   pose_polytope<V>(pair.b, pair.column, pair.t, b);
   measure_faces<V>(b, a);
   measure_faces<V>(a, b);
-  DepthCandidates found;
   const float depth = min(least_of_faces(a), least_of_faces(b)) + kDepthRounding;
-  found.best = -depth;
+  BestDepth found = {pair};
+  found.separation = -depth;
   EdgeList of_a, of_b;
   if (pair.a.polytope)
     list_edges<V>(*pair.a.polytope, own, a, 1, depth, of_a);
@@ -520,23 +532,13 @@ CAB_NOINLINE void least_depth(const DepthPair& pair, LeastDepth& out) {
   } else {
     for (std::uint32_t i = 0; i < of_b.count; ++i) cross_edges<V>(of_b, i, true, -1, of_a, found);
   }
-  for (const bool is_of_a : {true, false}) {
-    const PosedPolytope& faces = is_of_a ? a : b;
-    for (std::uint32_t i = 0; i < faces.face_count; ++i)
-      if (const float most = kDepthRounding - faces.depth[i]; most >= found.best)
-        found.add({is_of_a ? DepthCandidate::kFaceOfA : DepthCandidate::kFaceOfB, i, i, most});
-  }
-  found.drop();
-
-  out.depth = std::numeric_limits<double>::infinity();
-  for (std::uint32_t i = 0; i < found.count; ++i) {
-    const Double3 normal = normal_of(pair, found.list[i]);
-    const double reach =
-        (reach_along(pair.a, normal) + reach_along(pair.b, -1.0 * in_b(pair, normal))) - dot(normal, pair.t);
-    if (!(reach < out.depth)) continue;
-    out.depth = reach;
-    out.normal = normal;
-  }
+  for (std::uint32_t f = 0; f < a.face_count; ++f)
+    if (kDepthRounding - a.depth[f] >= found.separation) found.try_along(normal_of_face(*pair.a.polytope, f));
+  for (std::uint32_t f = 0; f < b.face_count; ++f)
+    if (kDepthRounding - b.depth[f] >= found.separation)
+      found.try_along(-1.0 * rotate(pair.column, normal_of_face(*pair.b.polytope, f)));
+  out.normal = found.normal;
+  out.depth = depth_along(pair, found.normal);
   FarthestVertices top_of_a, top_of_b;
   top_of_a.find(pair.a, out.normal, kSameHeight);
   top_of_b.find(pair.b, -1.0 * in_b(pair, out.normal), kSameHeight);

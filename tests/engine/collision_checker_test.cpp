@@ -264,6 +264,35 @@ TEST_CASE("points that are none are refused, and answers stay as they were") {
   CHECK(answer == StateAnswer::kColliding);
 }
 
+TEST_CASE("a robot of more links than a chunk of states has room for takes motions by the chunk") {
+  // A row of boxes that one joint moves.
+  constexpr std::uint32_t kLinks = 700;
+  JointedBody body;
+  std::vector<Leaf> leaves;
+  body.variable_count = 1;
+  for (std::uint32_t l = 0; l < kLinks; ++l) {
+    body.parents.push_back(static_cast<std::int32_t>(l) - 1);
+    LinkPlaceDesc& place = body.links.emplace_back();
+    place.translation[0] = l > 0 ? 1 : 0;
+    leaves.push_back({l, axis_aligned_box({0, 0, 0}, {.1f, .1f, .1f}), {}});
+  }
+  body.links[0].joint_count = 1;
+  body.joints.resize(1);
+  body.joints[0].kind = JointKind::kPrismatic;
+  ArticulationDesc desc;
+  desc.link_parents = body.parents;
+  desc.leaves = leaves;
+  CollisionChecker checker;
+  REQUIRE(checker.set_robot(desc, body.desc()) == Status::kOk);
+  CHECK(checker.chunk() >= 64);
+  CHECK(checker.chunk() % 16 == 0);
+  const std::vector<double> from(100, 0), to(100, 1);
+  std::vector<MotionAnswer> answers(100, MotionAnswer::kNotTested);
+  MotionSearch search;
+  REQUIRE(checker.check_motions(from, to, answers, search) == Status::kOk);
+  CHECK(answers == std::vector<MotionAnswer>(100, MotionAnswer::kFree));
+}
+
 TEST_CASE("a checker refuses what it cannot take, and stays as it was") {
   const Plain plain;
   const KinematicsDesc kinematics = plain.body.desc();

@@ -214,8 +214,11 @@ TEST_CASE("find_nearest refuses what it cannot take") {
   CHECK(scene.checker.find_nearest({state.data(), variables - 1}, {&nearest, 1}, 1) == Status::kBadOutput);
   CHECK(scene.checker.find_nearest(state, {&nearest, 1}, 1, gradient) == Status::kBadOutput);
   CHECK(scene.checker.find_nearest(state, {nullptr, 1}, 1) == Status::kBadOutput);
-  for (const float most : {-1.0f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
+  for (const float most :
+       {-1.0f, 2e18f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()})
     CHECK(scene.checker.find_nearest(state, {&nearest, 1}, most) == Status::kBadMargin);
+  for (const float most : {0.0f, 1e-45f, 4e-44f, 1e-38f, 1e18f})
+    CHECK(scene.checker.find_nearest(state, {&nearest, 1}, most) == Status::kOk);
   CHECK(scene.checker.find_nearest({}, {}, 1) == Status::kOk);
   CHECK(scene.checker.find_nearest(state, {&nearest, 1}, 1) == Status::kOk);
   CHECK(scene.checker.flags().empty());

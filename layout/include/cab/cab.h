@@ -286,7 +286,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Writes for each pair of links the first moment between two frames, 0 to 1, at which their shapes touch, by
 // Exact::kConvex, or kNeverTouch: which of the hits that a frame with sweep_margins reports are real. Both answers are
 // proven, not sampled: before the moment, or never, no point of one is in the other. At the moment they are nearer than
-// `resolution`, so a pair that passes closer than that without touching may have a moment too.
+// `resolution` and what rounding poses to float moves them, so a pair that passes closer than that without touching
+// may have a moment too.
 // `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In between,
 // the origins of instances and of links move along straight lines, links turn about one axis, the shorter way round,
 // and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance

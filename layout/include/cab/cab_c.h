@@ -1009,7 +1009,7 @@ typedef struct cab_HitChanges {
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
 // half spaces, and if FCL was asked and gave no contact.
 // With CAB_EXACT_CONVEX, moving b by depth along normal always parts the two convex parts that the contact is of. For
-// boxes, hulls of at most 64 vertices, spheres and capsules, and with a half space no way does that is shorter by more
+// boxes, hulls of at most 256 vertices, spheres and capsules, and with a half space no way does that is shorter by more
 // than 1e-6 of size; for other shapes the shortest way is searched for. A gap is never larger than the distance, to
 // rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth
 // along normal, but for what docs/limits.md says.
@@ -1752,7 +1752,8 @@ CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* l
 // Writes for each pair of links the first moment between two frames, 0 to 1, at which their shapes touch, by
 // CAB_EXACT_CONVEX, or CAB_NEVER_TOUCH: which of the hits that a frame with cab_sweep_margins reports are real. Both
 // answers are proven, not sampled: before the moment, or never, no point of one is in the other. At the moment they are
-// nearer than `resolution`, so a pair that passes closer than that without touching may have a moment too.
+// nearer than `resolution` and what rounding poses to float moves them, so a pair that passes closer than that without
+// touching may have a moment too.
 // `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In between,
 // the origins of instances and of links move along straight lines, links turn about one axis, the shorter way round,
 // and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance

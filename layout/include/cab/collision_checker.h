@@ -123,8 +123,8 @@ class CollisionChecker {
   // `nearest`. gradients (may be empty): as many numbers, how the distance changes with each variable while the nearest
   // points stay where they are on their links; 0 where the distance is infinite or NaN.
   // Cost: some times that of find_hits, the less the nearer links are.
-  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadMargin (`most` is not finite, is
-  // below 0 or too large), those of run_frame.
+  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadMargin (`most` is below 0, above
+  // 1e18 or NaN), those of run_frame.
   [[nodiscard]] Status find_nearest(Span<const double> states, Span<NearestLinks> nearest, float most,
                                     Span<double> gradients = {}) noexcept;
 
@@ -135,7 +135,7 @@ class CollisionChecker {
     return number - (number > among_points_ ? 2 : 1);
   }
 
-  // How many states are tested at a time: 16 to 1024.
+  // How many states are tested at a time: 64 to 1024.
   std::uint32_t chunk() const noexcept { return chunk_; }
 
   // One InstanceFlag per state of the last find_hits: kInstanceOk, or why it was not tested. Empty after other calls.
@@ -204,7 +204,7 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   const std::size_t links = kinematics.link_parents.size;
   if (links != desc.link_parents.size) return Status::kBadJoint;
   // Whole tiles of sixteen.
-  const std::size_t chunk = std::max<std::size_t>(std::min(kMostStates, kMostLinks / links) / 16, 1) * 16;
+  const std::size_t chunk = std::max<std::size_t>(std::min(kMostStates, kMostLinks / links) / 16 * 16, kMotionStates);
   poses_.reset(new (std::nothrow) float[7 * links * chunk]);
   flags_.reset(new (std::nothrow) std::uint8_t[chunk]);
   if (!poses_ || !flags_) return Status::kOutOfMemory;
@@ -393,7 +393,7 @@ inline Status CollisionChecker::find_nearest_of(Span<const double> states, Span<
   }
   if (gradients) std::fill_n(gradients, count * variables, 0.0);
   std::copy_n(states.data, states.size, open_states_.get());
-  for (float within = most / 64; count > 0; within = std::min(3 * within, most)) {
+  for (float within = most / 64; count > 0; within = within > 0 && 3 * within < most ? 3 * within : most) {
     world_.job().margin = within;
     const Status status = run({open_states_.get(), count * variables}, count, Report::kDistances, {});
     if (status != Status::kOk) return status;
@@ -422,7 +422,7 @@ inline Status CollisionChecker::find_nearest(Span<const double> states, Span<Nea
   if (states.size != count * variables || (states.size && !states.data) || (count && !nearest.data) ||
       (!gradients.empty() && (gradients.size != states.size || !gradients.data)))
     return Status::kBadOutput;
-  if (!(most >= 0)) return Status::kBadMargin;
+  if (!(most >= 0 && most <= kMaxCoordinate)) return Status::kBadMargin;
   if (!open_states_) open_states_.reset(new (std::nothrow) double[chunk_ * (variables + 1)]);
   if (!open_) open_.reset(new (std::nothrow) std::uint32_t[chunk_]);
   if (!open_states_ || !open_) return Status::kOutOfMemory;

@@ -660,7 +660,7 @@ inline constexpr float kNeverTouch = 2;
 // test. If the links are apart, the contact describes their smallest gap. All numbers but the leaves are 0 for two
 // half spaces, and if FCL was asked and gave no contact.
 // With Exact::kConvex, moving b by depth along normal always parts the two convex parts that the contact is of. For
-// boxes, hulls of at most 64 vertices, spheres and capsules, and with a half space no way does that is shorter by more
+// boxes, hulls of at most 256 vertices, spheres and capsules, and with a half space no way does that is shorter by more
 // than 1e-6 of size; for other shapes the shortest way is searched for. A gap is never larger than the distance, to
 // rounding, and at most 1e-5 of size and distance smaller. Each point is in or on its body. point_a - point_b is depth
 // along normal, but for what docs/limits.md says.

@@ -304,6 +304,37 @@ TEST_CASE("a ball that a turning plate sweeps over is found, and one that a turn
   CHECK(static_cast<double>(moment) == doctest::Approx(when).epsilon(1e-3));
 }
 
+TEST_CASE("moments are right far from the world's origin, and where an origin and a translation cancel") {
+  const ConvexPart ball = {ShapeKind::kSphere, {0, 0, 0}, {0, 0, 0, 1}, {0.1f, 0, 0}, {}};
+  const Box about = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.1f, 0.1f, 0.1f}};
+  World last;
+  for (int m = 0; m < 2; ++m) {
+    Member member;
+    member.rig.parents = {-1};
+    member.rig.leaves = {{0, about, {&ball, 1}}};
+    member.poses.link_count = member.poses.instance_count = 1;
+    member.poses.data = {0, 0, 0, 1, 0, 0, 0};
+    member.poses.origins = {1e9, 0, 0};
+    last.members.push_back(member);
+  }
+  last.rules = {{{1}, {2}, Pairing::kBetween}};
+  const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}};
+  // One passes the other at a distance, far away: origins are doubles, and lose nothing.
+  last.members[1].poses.origins = {1e9 - 1, 0.3, 0};
+  World now = last;
+  now.members[1].poses.origins[0] = 1e9 + 1;
+  CHECK(moments_of(*make_engine_for(last), last, now, 1e-3f, pairs)[0] == kNeverTouch);
+  now.members[1].poses.origins[1] = last.members[1].poses.origins[1] = 0.1;
+  CHECK(moments_of(*make_engine_for(last), last, now, 1e-3f, pairs)[0] == doctest::Approx(0.413).epsilon(2e-3));
+  // From 1 to -3 through the other, by translations that floats have, and an origin that takes them back.
+  last.members[0].poses.origins = {0, 0, 0};
+  last.members[1].poses.origins = {33554433, 0, 0};
+  last.members[1].poses.data[4] = -33554432;
+  now = last;
+  now.members[1].poses.data[4] = -33554436;
+  CHECK(moments_of(*make_engine_for(last), last, now, 1e-3f, pairs)[0] <= 0.3f);
+}
+
 TEST_CASE("moments of bad pairs, resolutions and outputs are refused") {
   Random random(70);
   const World world = two_crowds(random);

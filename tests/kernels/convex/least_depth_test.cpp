@@ -243,3 +243,104 @@ TEST_CASE("the depth of hulls of many vertices, and of a capsule in one, is the 
     }
   }
 }
+
+TEST_CASE("tilted stacks of prisms with many sides have least depths, and points that are as deep apart") {
+  // Nearly all edges of both are near to parallel, or their arcs cross near to one direction.
+  const kernel::FloatMode mode;
+  Random random(5);
+  for (std::uint64_t round = 0; round < rounds(8); ++round) {
+    CAPTURE(round);
+    const std::uint32_t sides = 8 + random.index(33);
+    std::vector<float> vertices;
+    for (std::uint32_t i = 0; i < 2 * sides; ++i) {
+      const double angle = 6.283185307179586 * (i / 2) / sides;
+      for (const double x : {std::cos(angle), std::sin(angle), i % 2 ? 0.5 : -0.5})
+        vertices.push_back(static_cast<float>(x));
+    }
+    const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices},
+                                           {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices}};
+    const std::uint32_t begin[] = {0, 1, 2};
+    Articulation articulation;
+    articulation.leaf_count = 2;
+    articulation.parts = parts;
+    articulation.leaf_part_begin = {begin, 3};
+    Arena arena{default_allocator()};
+    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+    float poses[2][kLanes][7];
+    kernel::ConvexBlock block;
+    block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      const double tilt = random.log_uniform(1e-8, 1e-3), turn = i % 2 ? random.uniform(0, 3) : 0;
+      const double q[4] = {tilt * random.normal(), tilt * random.normal(), std::sin(turn / 2), std::cos(turn / 2)};
+      const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+      for (std::size_t c = 0; c < 7; ++c) {
+        poses[0][i][c] = c == 3 ? 1.0f : 0.0f;
+        poses[1][i][c] = static_cast<float>(c < 4 ? q[c] / length : c < 6 ? random.uniform(-1.3, 1.3) : 0.99);
+      }
+      block.a.shape[i] = &shapes.shapes[0];
+      block.b.shape[i] = &shapes.shapes[1];
+      block.a.pose[i] = poses[0][i];
+      block.b.pose[i] = poses[1][i];
+      block.a.orientation[i] = block.b.orientation[i] = nullptr;
+      for (auto& by : block.shift.by) by[i] = 0;
+      block.scale[i] = 0.25f;
+    }
+    kernel::ConvexContacts found;
+    for (const kernel::KernelTable* kernels : available_kernels()) {
+      kernel::ConvexContacts other;
+      kernels->contact_pairs(block, other);
+      if (kernels == available_kernels()[0]) found = other;
+      CHECK(same_bits(found, other));
+    }
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      CAPTURE(i);
+      ConvexCase one = {};
+      for (oracle::PosedPart* posed : {&one.a, &one.b}) {
+        posed->part = parts[0];
+        posed->vertices = vertices;
+      }
+      std::copy_n(poses[0][i], 7, one.a.pose);
+      std::copy_n(poses[1][i], 7, one.b.pose);
+      bind_vertices(one);
+      const oracle::JudgedCase judged = judge_case(one, oracle::Effort::kMeasure);
+      if (!(judged.verdict.gap_at_most < 0)) continue;
+      CHECK(found.depth[i] <= -judged.verdict.gap_at_most + 1e-6L * judged.size);
+      Point off = {};
+      for (std::size_t c = 0; c < 3; ++c)
+        off[c] = Real{found.point_a[c][i]} - found.point_b[c][i] - Real{found.depth[i]} * found.normal[c][i];
+      CHECK(dot(off, off) < 1e-10L);
+    }
+  }
+}
+
+TEST_CASE("tiny hulls that are far from each other have the gap between them") {
+  const kernel::FloatMode mode;
+  const std::vector<float> vertices = {0, 0, 0, 1e-30f, 0, 0, 0, 1e-30f, 0, 0, 0, 1e-30f};
+  const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices},
+                                         {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices}};
+  const std::uint32_t begin[] = {0, 1, 2};
+  Articulation articulation;
+  articulation.leaf_count = 2;
+  articulation.parts = parts;
+  articulation.leaf_part_begin = {begin, 3};
+  Arena arena{default_allocator()};
+  const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+  const float here[7] = {0, 0, 0, 1, 0, 0, 0}, there[7] = {0, 0, 0, 1, 1e10f, 0, 0};
+  kernel::ConvexBlock block;
+  block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
+  for (std::uint32_t i = 0; i < kLanes; ++i) {
+    block.a.shape[i] = &shapes.shapes[0];
+    block.b.shape[i] = &shapes.shapes[1];
+    block.a.pose[i] = here;
+    block.b.pose[i] = there;
+    block.a.orientation[i] = block.b.orientation[i] = nullptr;
+    for (auto& by : block.shift.by) by[i] = 0;
+    block.scale[i] = 0x1p98f;
+  }
+  for (const kernel::KernelTable* kernels : available_kernels()) {
+    kernel::ConvexContacts found;
+    kernels->contact_pairs(block, found);
+    CHECK(found.depth[0] == doctest::Approx(-1e10));
+    CHECK(found.normal[0][0] == doctest::Approx(1));
+  }
+}

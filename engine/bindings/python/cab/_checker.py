@@ -111,7 +111,9 @@ class CollisionChecker:
         return distance
 
     @overload
-    def distances(self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...) -> StructuredArray: ...
+    def distances(
+        self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...
+    ) -> StructuredArray: ...
     @overload
     def distances(
         self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]

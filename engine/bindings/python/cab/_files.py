@@ -197,7 +197,9 @@ class Robot:
         return self._own_checker().clearance(states, most)
 
     @overload
-    def distances(self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...) -> StructuredArray: ...
+    def distances(
+        self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...
+    ) -> StructuredArray: ...
     @overload
     def distances(
         self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]
