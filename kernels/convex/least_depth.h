@@ -405,7 +405,8 @@ CAB_INLINE double depth_along(const DepthPair& pair, const Double3& d) {
   return (reach_along(pair.a, d) + reach_along(pair.b, -1.0 * in_b(pair, d))) - dot(d, pair.t);
 }
 
-// What was found so far.
+// What was found so far. V: names the instruction set, since an object of one must not define what others do.
+template <class V>
 struct BestDepth {
   const DepthPair& pair;
   double depth = std::numeric_limits<double>::infinity();
@@ -458,7 +459,7 @@ struct BestDepth {
 // Tries one edge with all edges of the other shape. is_segment: the one is a segment. towards: 1 if the one is of a.
 template <class V>
 CAB_INLINE void cross_edges(const EdgeList& ones, std::uint32_t one, bool is_segment, float towards,
-                            const EdgeList& others, BestDepth& found) {
+                            const EdgeList& others, BestDepth<V>& found) {
   const auto of_one = [one](const float(&from)[3][kMostEdges]) {
     return Vec3<float>{from[0][one], from[1][one], from[2][one]};
   };
@@ -516,7 +517,7 @@ CAB_NOINLINE void least_depth(const DepthPair& pair, LeastDepth& out) {
   measure_faces<V>(b, a);
   measure_faces<V>(a, b);
   const float depth = min(least_of_faces(a), least_of_faces(b)) + kDepthRounding;
-  BestDepth found = {pair};
+  BestDepth<V> found = {pair};
   found.separation = -depth;
   EdgeList of_a, of_b;
   if (pair.a.polytope)
