@@ -26,18 +26,26 @@ constexpr const char* kMeshExtensions[] = {".stl", ".obj", ".dae", ".ply", ".glt
 
 const std::string kFileScheme = "file://";
 
-// Adds the vertices of a node's meshes and of those below it, in the frame of the root's parent. Nodes nest as deep as
-// assimp's own recursion allows.
-void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& to_parent, std::vector<Vec3>& vertices) {
+// Adds the vertices of a node's meshes and of those below it, in the frame of the root's parent, and the corners of
+// their triangles unless `corners` is null. Nodes nest as deep as assimp's own recursion allows.
+void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& to_parent, std::vector<Vec3>& vertices,
+                  std::vector<Vec3>* corners) {
   const aiMatrix4x4 to_root = to_parent * node.mTransformation;
   for (unsigned m = 0; m < node.mNumMeshes; ++m) {
     const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    const std::size_t first = vertices.size();
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D point = to_root * mesh.mVertices[v];
       vertices.push_back({point.x, point.y, point.z});
     }
+    if (corners == nullptr) continue;
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      for (unsigned k = 2; k < face.mNumIndices; ++k)
+        for (const unsigned corner : {0u, k - 1, k}) corners->push_back(vertices.at(first + face.mIndices[corner]));
+    }
   }
-  for (unsigned c = 0; c < node.mNumChildren; ++c) add_vertices(scene, *node.mChildren[c], to_root, vertices);
+  for (unsigned c = 0; c < node.mNumChildren; ++c) add_vertices(scene, *node.mChildren[c], to_root, vertices, corners);
 }
 
 }  // namespace
@@ -81,7 +89,8 @@ bool is_mesh_path(const std::string& path) {
   return std::find(std::begin(kMeshExtensions), std::end(kMeshExtensions), extension) != std::end(kMeshExtensions);
 }
 
-std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, std::vector<std::string>& notes) {
+std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, std::vector<std::string>& notes,
+                            std::vector<Vec3>* corners) {
   if (!is_mesh_path(path)) {
     const std::string extension = lower_extension(path);
     throw ImportError(source + ": meshes are read from .stl, .obj, .dae, .ply, .gltf and .glb files, not from " +
@@ -103,7 +112,7 @@ std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, 
     throw ImportError(source + ": assimp cannot read it: " + printable(reason));
   for (const std::string& note : facts.notes) notes.push_back(source + ": " + note);
   std::vector<Vec3> vertices;
-  add_vertices(*scene, *scene->mRootNode, aiMatrix4x4(), vertices);
+  add_vertices(*scene, *scene->mRootNode, aiMatrix4x4(), vertices, corners);
   if (vertices.empty()) throw ImportError(source + ": the mesh has no vertices");
   for (const Vec3& vertex : vertices)
     for (const double component : vertex)

@@ -124,8 +124,9 @@ RigidMotion motion_at(const mjtNum* position, const mjtNum* wxyz) {
 
 class MjcfReader {
  public:
-  MjcfReader(const XmlText& text, const RobotOptions& options)
+  MjcfReader(const XmlText& text, const RobotOptions& options, LeafTriangles* triangles)
       : path_(printable(text.path())),
+        triangles_(triangles),
         text_(mjcf_text(text, options)),
         model_(load(path_, text_, text_.notes)),
         m_(*model_),
@@ -268,13 +269,18 @@ class MjcfReader {
         const float* const vertices = m_.mesh_vert + 3 * m_.mesh_vertadr[mesh];
         for (int v = 0; v < m_.mesh_vertnum[mesh]; ++v)
           shape.vertices.push_back({vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]});
+        const int* const faces = m_.mesh_face + 3 * m_.mesh_faceadr[mesh];
+        for (int c = 0; c < 3 * m_.mesh_facenum[mesh]; ++c)
+          shape.corners.push_back(shape.vertices.at(static_cast<std::size_t>(faces[c])));
         break;
       }
       default: ++left_out_, ++robot_.left_out.shapes; return;
     }
     add_shape(robot_, body.link, shape,
               path_ + ": body " + robot_.body.link_names[body.link] + ": geom " + name_or_number("", mjOBJ_GEOM, g));
-    if (robot_.body.leaves.size() > leaf_geoms_.size()) leaf_geoms_.push_back(g);  // not if a size is 0 as a float
+    if (robot_.body.leaves.size() == leaf_geoms_.size()) return;  // a size is 0 as a float
+    leaf_geoms_.push_back(g);
+    add_triangles(shape, triangles_);
   }
 
   bool may_touch(int g, int h) const {
@@ -339,6 +345,7 @@ class MjcfReader {
   }
 
   std::string path_;
+  LeafTriangles* const triangles_;
   MjcfText text_;
   Robot robot_;
   Model model_;
@@ -355,6 +362,8 @@ class MjcfReader {
 
 bool reads_mjcf() { return true; }
 
-Robot read_mjcf(const XmlText& text, const RobotOptions& options) { return MjcfReader(text, options).read(); }
+Robot read_mjcf(const XmlText& text, const RobotOptions& options, LeafTriangles* triangles) {
+  return MjcfReader(text, options, triangles).read();
+}
 
 }  // namespace cab::scenes

@@ -6,7 +6,8 @@
 
 namespace cab::scenes {
 
-// Reads a robot from a text whose first element is <mujoco>. Throws ImportError, also if libmujoco is not built in.
-Robot read_mjcf(const XmlText& text, const RobotOptions& options);
+// Reads a robot from a text whose first element is <mujoco>. `triangles` (may be null) gets those of each leaf. Throws
+// ImportError, also if libmujoco is not built in.
+Robot read_mjcf(const XmlText& text, const RobotOptions& options, LeafTriangles* triangles);
 
 }  // namespace cab::scenes

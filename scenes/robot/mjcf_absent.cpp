@@ -6,7 +6,7 @@ namespace cab::scenes {
 
 bool reads_mjcf() { return false; }
 
-Robot read_mjcf(const XmlText& text, const RobotOptions&) {
+Robot read_mjcf(const XmlText& text, const RobotOptions&, LeafTriangles*) {
   throw ImportError(
       printable(text.path()) +
       ": MJCF is not built in: libmujoco was not found (Debian: libmujoco-dev libgl-dev) when cab was configured");

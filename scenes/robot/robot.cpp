@@ -25,14 +25,16 @@ constexpr std::size_t kMaxIncludeRounds = 8;
 
 bool is_urdf(const XmlText& text) { return text.root().Name() == std::string("robot"); }
 
-Robot read_here(const std::string& path, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current) {
+Robot read_here(const std::string& path, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current,
+                LeafTriangles* triangles) {
   const XmlText text(path);
   const std::string name = printable(path);
   const std::string root = text.root().Name();
   if (!is_urdf(text) && root != "mujoco")
     throw ImportError(name + ": line " + std::to_string(text.root().GetLineNum()) + ": the first element is <" +
                       printable(root) + ">, but URDF begins with <robot> and MJCF with <mujoco>");
-  Robot robot = is_urdf(text) ? read_urdf(text, options, meshes, current) : read_mjcf(text, options);
+  Robot robot =
+      is_urdf(text) ? read_urdf(text, options, meshes, current, triangles) : read_mjcf(text, options, triangles);
   if (is_urdf(text) && (!options.ignored_words.empty() || !options.root.empty()))
     robot.notes.emplace_back("words to ignore and a root folder say nothing for URDF");
   if (!is_urdf(text) && (!options.packages.empty() || options.missing_mesh != MissingMesh::kRefuse))
@@ -116,16 +118,35 @@ ForReader files_for_reader(const std::string& path, const RobotOptions& options)
   return files;
 }
 
+MeshFiles meshes_here(const std::string& path, const RobotOptions& options) {
+  return named_files(path, options, package_files(path)).meshes;
+}
+
 }  // namespace
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
   if (!options.sandbox)
-    return in_this_process(
-        [&] { return read_here(path, options, named_files(path, options, package_files(path)).meshes, nullptr); });
+    return in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, nullptr); });
   const ForReader files = files_for_reader(path, options);
   CurrentFile current;
   return from_child(path, *options.sandbox,
-                    [&] { return robot_payload(read_here(path, options, files.meshes, &current)); }, read_robot_payload,
+                    [&] { return robot_payload(read_here(path, options, files.meshes, &current, nullptr)); },
+                    read_robot_payload, {{files.readable.begin(), files.readable.end()}, &current});
+}
+
+LeafTriangles import_triangles(const std::string& path, const RobotOptions& options) {
+  LeafTriangles triangles;
+  if (!options.sandbox) {
+    in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, &triangles); });
+    return triangles;
+  }
+  const ForReader files = files_for_reader(path, options);
+  CurrentFile current;
+  const auto read = [&] {
+    read_here(path, options, files.meshes, &current, &triangles);
+    return triangles_payload(triangles);
+  };
+  return from_child(path, *options.sandbox, read, read_triangles_payload,
                     {{files.readable.begin(), files.readable.end()}, &current});
 }
 

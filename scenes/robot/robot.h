@@ -106,6 +106,14 @@ struct RobotOptions {
 // and included files that may_open_for_mjcf (scenes/robot/mjcf_tree.h) allows.
 Robot import_robot(const std::string& path, const RobotOptions& options);
 
+// The triangles of each leaf of a robot, as its file has them: x y z of three corners each, in the frame of the leaf's
+// link. Of a leaf that is no mesh there are none.
+using LeafTriangles = std::vector<std::vector<float>>;
+
+// Reads the triangles of the robot that import_robot reads from the same path with the same options. Throws
+// ImportError.
+LeafTriangles import_triangles(const std::string& path, const RobotOptions& options);
+
 // What an SRDF file disables.
 struct DisabledPairs {
   std::vector<LinkPair> pairs;     // each with the lower index first, sorted, once

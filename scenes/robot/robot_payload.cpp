@@ -213,6 +213,25 @@ Robot read_robot_payload(const std::string& bytes) {
   return robot;
 }
 
+std::string triangles_payload(const LeafTriangles& triangles) {
+  PayloadWriter writer;
+  writer.value(std::uint64_t{triangles.size()});
+  for (const std::vector<float>& leaf : triangles) writer.array(leaf);
+  return writer.take();
+}
+
+LeafTriangles read_triangles_payload(const std::string& bytes) {
+  PayloadReader reader(bytes);
+  LeafTriangles triangles(reader.count(sizeof(std::uint64_t)));
+  for (std::vector<float>& leaf : triangles) {
+    leaf = reader.array<float>();
+    require_payload(leaf.size() % 9 == 0, "a part of a triangle");
+    for (const float x : leaf) require_payload(std::isfinite(x), "a number is not finite");
+  }
+  reader.finish();
+  return triangles;
+}
+
 std::string disabled_pairs_payload(const DisabledPairs& disabled) {
   const auto& [pairs, notes] = disabled;
   PayloadWriter writer;

@@ -15,6 +15,11 @@ std::string robot_payload(const Robot& robot);
 // PayloadError.
 Robot read_robot_payload(const std::string& bytes);
 
+std::string triangles_payload(const LeafTriangles& triangles);
+
+// The same of whole triangles with finite corners. Throws PayloadError.
+LeafTriangles read_triangles_payload(const std::string& bytes);
+
 std::string disabled_pairs_payload(const DisabledPairs& disabled);
 
 // The same for pairs of links of a robot. Throws PayloadError.

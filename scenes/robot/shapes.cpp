@@ -92,4 +92,12 @@ void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const 
   robot.leaf_sources.push_back(source);
 }
 
+void add_triangles(const RobotShape& shape, LeafTriangles* triangles) {
+  if (triangles == nullptr) return;
+  std::vector<float>& out = triangles->emplace_back();
+  for (const Vec3& corner : shape.corners)
+    for (const double x : rotate(shape.place.rotation, corner) + shape.place.translation)
+      out.push_back(static_cast<float>(x));
+}
+
 }  // namespace cab::scenes

@@ -11,6 +11,7 @@ struct RobotShape {
   RigidMotion place;           // of the shape in the link's frame
   Vec3 size = {0, 0, 0};       // metres, as in ConvexPart::size
   std::vector<Vec3> vertices;  // of a hull, in the shape's frame, metres
+  std::vector<Vec3> corners;   // of the triangles of a mesh, likewise; not read by add_shape
 };
 
 // Whether no number of a vector, or of a motion, is beyond kMaxImportValue or no number.
@@ -24,5 +25,8 @@ void leave_out_empty(Robot& robot, const std::string& source);
 // messages. Throws ImportError for sizes, places and vertices that are not numbers or are out of range, and for sizes
 // below 0.
 void add_shape(Robot& robot, std::uint32_t link, const RobotShape& shape, const std::string& source);
+
+// Adds the corners of a shape that became a leaf to `triangles`, if that is not null.
+void add_triangles(const RobotShape& shape, LeafTriangles* triangles);
 
 }  // namespace cab::scenes

@@ -71,11 +71,13 @@ RigidMotion motion_of(const urdf::Pose& pose) {
 
 class UrdfReader {
  public:
-  UrdfReader(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current)
+  UrdfReader(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current,
+             LeafTriangles* triangles)
       : text_(text),
         options_(options),
         mesh_files_(meshes),
         current_(current),
+        triangles_(triangles),
         parts_(urdf_parts(text)),
         model_(parse(text, parts_, &errors_)) {}
 
@@ -96,6 +98,10 @@ class UrdfReader {
   }
 
  private:
+  struct MeshPoints {
+    std::vector<Vec3> vertices, corners;
+  };
+
   // Lists all links, parents before children.
   void add_links() {
     std::vector<std::pair<urdf::LinkConstSharedPtr, std::int32_t>> open = {{model_->getRoot(), -1}};
@@ -240,6 +246,8 @@ class UrdfReader {
       }
     }
     add_shape(robot_, l, shape, source);
+    if (robot_.body.leaves.size() > leaf_count_) add_triangles(shape, triangles_);
+    leaf_count_ = robot_.body.leaves.size();
   }
 
   // Makes the shape a hull of the mesh, or what the options say if the mesh is missing. Returns whether there is one.
@@ -262,15 +270,19 @@ class UrdfReader {
       leave_out_empty(robot_, source);
       return false;
     }
-    const auto found = meshes_.emplace(path, std::vector<Vec3>());
+    const auto found = meshes_.emplace(path, MeshPoints());
+    MeshPoints& points = found.first->second;
     if (found.second) {
       if (current_ != nullptr) current_->set(path);
-      found.first->second = read_mesh(path, source, robot_.notes);
+      points.vertices = read_mesh(path, source, robot_.notes, triangles_ == nullptr ? nullptr : &points.corners);
       if (current_ != nullptr) current_->set({});
     }
     shape.kind = ShapeKind::kConvexHull;
-    for (const Vec3& v : found.first->second)
-      shape.vertices.push_back({mesh.scale.x * v[0], mesh.scale.y * v[1], mesh.scale.z * v[2]});
+    const auto scaled = [&mesh](const Vec3& v) {
+      return Vec3{mesh.scale.x * v[0], mesh.scale.y * v[1], mesh.scale.z * v[2]};
+    };
+    for (const Vec3& vertex : points.vertices) shape.vertices.push_back(scaled(vertex));
+    for (const Vec3& corner : points.corners) shape.corners.push_back(scaled(corner));
     return true;
   }
 
@@ -278,19 +290,22 @@ class UrdfReader {
   const RobotOptions& options_;
   const MeshFiles& mesh_files_;
   CurrentFile* const current_;
+  LeafTriangles* const triangles_;
+  std::size_t leaf_count_ = 0;
   UrdfParts parts_;
   std::string errors_;  // what urdfdom said about a model that it read
   urdf::ModelInterfaceSharedPtr model_;
   std::vector<urdf::LinkConstSharedPtr> order_;
-  std::vector<const urdf::Joint*> sources_;          // of robot_.joints
-  std::map<std::string, std::vector<Vec3>> meshes_;  // by path
+  std::vector<const urdf::Joint*> sources_;   // of robot_.joints
+  std::map<std::string, MeshPoints> meshes_;  // by path
   Robot robot_;
 };
 
 }  // namespace
 
-Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current) {
-  return UrdfReader(text, options, meshes, current).read();
+Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current,
+                LeafTriangles* triangles) {
+  return UrdfReader(text, options, meshes, current, triangles).read();
 }
 
 MeshFiles find_meshes(const XmlText& text, const RobotOptions& options, const std::vector<std::string>& package_files) {

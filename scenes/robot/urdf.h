@@ -17,8 +17,9 @@ using MeshFiles = std::map<std::string, std::string>;
 // Finds the meshes of a text whose first element is <robot>. `package_files` are those of scenes/robot/packages.h.
 MeshFiles find_meshes(const XmlText& text, const RobotOptions& options, const std::vector<std::string>& package_files);
 
-// Reads a robot from such a text. `current` is set to each mesh file while it is read, unless it is null. Throws
-// ImportError.
-Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current);
+// Reads a robot from such a text. `current` is set to each mesh file while it is read, and `triangles` gets those of
+// each leaf, unless these are null. Throws ImportError.
+Robot read_urdf(const XmlText& text, const RobotOptions& options, const MeshFiles& meshes, CurrentFile* current,
+                LeafTriangles* triangles);
 
 }  // namespace cab::scenes

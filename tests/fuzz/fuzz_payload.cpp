@@ -23,5 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     FUZZ_CHECK(again.size() == bytes.size());
     FUZZ_CHECK(scenes::robot_payload(scenes::read_robot_payload(again)) == again);
   } catch (const scenes::PayloadError&) {}
+  try {
+    FUZZ_CHECK(scenes::triangles_payload(scenes::read_triangles_payload(bytes)) == bytes);
+  } catch (const scenes::PayloadError&) {}
   return 0;
 }

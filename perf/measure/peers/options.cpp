@@ -2,9 +2,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <limits>
 #include <memory>
 
 #include "perf/base/option_values.h"
+#include "scenes/import/limits.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -26,6 +28,8 @@ std::vector<Leaves> read_leaves(const std::string& option, const std::string& te
 Command add_peers(CLI::App& app) {
   auto options = std::make_shared<PeersOptions>();
   PeersOptions& o = *options;
+  o.robot.random_count = 100000;
+  o.robot.import.sandbox = scenes::kImportSandbox;
   CLI::App& command =
       *app.add_subcommand("peers", "run the same crowds through other libraries: verified, and timed in turns");
   add_text(command, "--scene", scenes::scene_names(scenes::kPeersCommand, "|"),
@@ -52,6 +56,20 @@ Command add_peers(CLI::App& app) {
   add_isa(command, o.isa);
   add_json(command, o.json_path, "write the tables as JSON");
   add_csv(command, o.csv_path, "write the tables as CSV");
+  CLI::Option* const robot =
+      add_path(command, "--robot", o.robot.file,
+               "states of a robot in place of crowds, through cab and MuJoCo (if it is in this build): what they take,"
+               " and how often they differ from the triangles of its meshes")
+          ->type_name("FILE");
+  add_srdf(command, o.robot.srdf_path)->needs(robot);
+  add_packages(command, o.robot.import);
+  add_number(command, "--states", o.robot.random_count, "with --robot: random states (default 100000)", 1, 100000000)
+      ->needs(robot);
+  add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,
+             std::numeric_limits<std::uint32_t>::max())
+      ->needs(robot);
+  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--csv"})
+    robot->excludes(command.get_option(option));
   return {&command, [options] { return peers_command(*options); }};
 }
 

@@ -9,6 +9,7 @@
 
 #include "perf/base/options.h"
 #include "perf/measure/peers/peer.h"
+#include "perf/tools/robot/options.h"
 
 namespace cab::perf {
 
@@ -20,6 +21,7 @@ struct PeersOptions {
   std::vector<Leaves> leaves = {Leaves::kBoxes, Leaves::kShapes};
   bool queries = false;         // rays, spheres and points instead of pairs
   std::uint32_t rays = 100000;  // a tenth as many spheres and points
+  RobotCommandOptions robot;    // with a file: states of this robot instead of crowds
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: no file
   std::string csv_path;   // empty: no file

@@ -20,6 +20,7 @@
 #include "perf/measure/peers/options.h"
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/queries.h"
+#include "perf/measure/peers/robots.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -423,6 +424,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 }  // namespace
 
 int peers_command(const PeersOptions& options) {
+  if (!options.robot.file.empty()) return robots_command(options);
   check(options);
   if (options.queries) return queries_command(options);
   OutputFile json_file(options.json_path), csv_file(options.csv_path);

@@ -49,17 +49,7 @@ std::vector<std::pair<std::string, double>> read_rest(const std::string& text) {
 
 void add_files(CLI::App& command, RobotCommandOptions& o) {
   add_path(command, "FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--package",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts)
-              o.import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
-          },
-          "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
-          "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others")
-      ->type_name("NAME=DIR")
-      ->allow_extra_args(false);
+  add_packages(command, o.import);
   command
       .add_option("--root", o.import.root,
                   "a folder whose meshes and included files an MJCF file may name; without it those of its package, or "
@@ -83,6 +73,20 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
 
 }  // namespace
 
+void add_packages(CLI::App& command, scenes::RobotOptions& import) {
+  add_texts(command, "--package", "NAME=DIR",
+            "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
+            "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others",
+            [&import](const std::string& text) {
+              import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
+            });
+}
+
+CLI::Option* add_srdf(CLI::App& command, std::string& path) {
+  return add_path(command, "--srdf", path, "take the masked pairs from this file; none are derived")
+      ->type_name("FILE.srdf");
+}
+
 Command add_robot(CLI::App& app) {
   auto options = std::make_shared<RobotCommandOptions>();
   RobotCommandOptions& o = *options;
@@ -95,9 +99,7 @@ Command add_robot(CLI::App& app) {
       "random states that decide which pairs touch always or never (default 10000); 0: none are masked for that, nor "
       "for touching at rest",
       0, kMaxStates);
-  add_path(command, "--srdf", o.srdf_path, "take the masked pairs from this file; none are derived")
-      ->type_name("FILE.srdf")
-      ->excludes(samples);
+  add_srdf(command, o.srdf_path)->excludes(samples);
   command
       .add_option_function<std::vector<std::string>>(
           "--rest",

@@ -14,6 +14,7 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/tools/replay/recorded_engine.h"
+#include "perf/tools/robot/choose_matrix.h"
 #include "perf/tools/robot/options.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/adjacency.h"
@@ -376,17 +377,6 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   json["threads"] = session.thread_count();
   json["notes"] = robot.notes;
   return json;
-}
-
-scenes::Matrix choose_matrix(const RobotCommandOptions& options, const scenes::Robot& robot,
-                             const std::vector<LinkPair>& disabled, const scenes::RobotSessionOptions& session) {
-  scenes::MatrixOptions matrix;
-  matrix.excluded = robot.body.ignored_pairs;
-  matrix.excluded.insert(matrix.excluded.end(), disabled.begin(), disabled.end());
-  matrix.derive = options.srdf_path.empty();
-  matrix.samples = matrix.derive ? options.samples : 0;
-  matrix.seed = options.seed;
-  return scenes::make_matrix(robot, matrix, session);
 }
 
 // Writes the checked states as frames. All their poses are in memory.

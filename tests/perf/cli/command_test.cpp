@@ -162,6 +162,9 @@ TEST_CASE("help names every option, every policy value and every instruction set
         "--rounds",
         "--out",
         "--json"}},
+      {"peers",
+       {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--robot", "--srdf", "--package",
+        "--states", "--seed", "--isa", "--rounds", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});

@@ -153,6 +153,15 @@ TEST_CASE("disabled pairs are the same after their way through bytes, and of lin
   CHECK_THROWS_AS(read_disabled_pairs_payload(disabled_pairs_payload(disabled), robot), PayloadError);
 }
 
+TEST_CASE("triangles are the same after their way through bytes, whole and with finite corners") {
+  LeafTriangles triangles = {{}, std::vector<float>(18, 1.f)};
+  CHECK(read_triangles_payload(triangles_payload(triangles)) == triangles);
+  triangles[1][17] = std::numeric_limits<float>::infinity();
+  CHECK_THROWS_AS(read_triangles_payload(triangles_payload(triangles)), PayloadError);
+  triangles[1].pop_back();
+  CHECK_THROWS_AS(read_triangles_payload(triangles_payload(triangles)), PayloadError);
+}
+
 TEST_CASE("joint states are the same after their way through bytes, with one finite value per variable") {
   const Robot robot = made_robot();
   const JointStates states = {{1, 2, 3, 4, 5, 6}, 2, {"two"}};

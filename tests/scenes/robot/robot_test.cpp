@@ -185,6 +185,35 @@ TEST_CASE("meshes are found by relative, file:// and package:// paths, scaled, a
   CHECK_THROWS_WITH_AS(read(lost, none), doctest::Contains("no link has a collision shape"), scenes::ImportError);
 }
 
+TEST_CASE("triangles of a mesh are those of its file, in the frame of the link, and other shapes have none") {
+  const TemporaryFile mesh("roof.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 4\nf 1 2 5\n");
+  const scenes::RobotOptions options;
+  const auto check = [&](const std::string& name, const std::string& text, const std::vector<float>& expected) {
+    CAPTURE(name);
+    std::ofstream(mesh.directory() / name) << text;
+    const std::string path = (mesh.directory() / name).string();
+    const scenes::LeafTriangles triangles = scenes::import_triangles(path, options);
+    CHECK(scenes::import_triangles(path, in_child(options)) == triangles);
+    REQUIRE(triangles.size() == scenes::import_robot(path, options).body.leaves.size());
+    REQUIRE(triangles.size() == 2);
+    CHECK(triangles[0].empty());
+    CHECK(triangles[1].size() == 27);  // the polygon is a fan of two
+    for (const float x : expected)
+      CHECK(std::any_of(triangles[1].begin(), triangles[1].end(), [x](float y) { return std::fabs(x - y) < 1e-5f; }));
+  };
+  // A shape of size 0 is no leaf.
+  check("r.urdf",
+        robot_of("<link name='a'>" + kBox + "<collision><geometry><sphere radius='0'/></geometry></collision>" +
+                 "<collision><origin xyz='10 0 0'/><geometry><mesh filename='roof.obj' scale='2 3 4'/></geometry>" +
+                 "</collision></link>"),
+        {10, 12, 3, 4});
+  if (!scenes::reads_mjcf()) return;
+  check("r.xml",
+        "<mujoco><asset><mesh name='m' file='roof.obj' scale='2 3 4'/></asset><worldbody><geom size='1'/><body>"
+        "<geom type='mesh' mesh='m' pos='10 0 0'/></body></worldbody></mujoco>",
+        {10, 12, 3, 4});
+}
+
 TEST_CASE("whatever is wrong with a mesh, the refusal names its file beside the line of the robot") {
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 X 0\nf 1 2 3\n";
   for (const auto& one : std::vector<std::pair<std::string, std::string>>{

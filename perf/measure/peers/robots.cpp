@@ -1,0 +1,285 @@
+// `cab peers --robot`: states of a robot through cab and MuJoCo, in turns, and beside the triangles of its meshes.
+#include "perf/measure/peers/robots.h"
+
+#include <cab/cab.h>
+#include <cab/collision_checker.h>
+#include <cab/version.h>
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "perf/base/processor_time.h"
+#include "perf/base/report.h"
+#include "perf/base/usage.h"
+#include "perf/measure/peers/robot_judge.h"
+#include "perf/measure/peers/robot_setup.h"
+#include "perf/tools/robot/choose_matrix.h"
+#include "scenes/robot/adjacency.h"
+#include "scenes/robot/kinematics.h"
+
+namespace cab::perf {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Of so many states at first, so many pairs that cab's shapes leave out are judged: whose boxes touch, and as many
+// others. With so many states every set-up warms up.
+constexpr std::size_t kSampledStates = 4096, kSampledPairs = 5000, kWarmUp = 1000;
+
+RobotPairs choose_pairs(const RobotCommandOptions& options, const scenes::Robot& robot) {
+  scenes::DisabledPairs disabled;
+  if (!options.srdf_path.empty())
+    disabled = scenes::read_disabled_pairs(options.srdf_path, robot, options.import.sandbox);
+  for (const std::vector<std::string>& notes : {robot.notes, disabled.notes})
+    for (const std::string& note : notes) tell("note", note);
+  scenes::RobotSessionOptions session;
+  session.policies.exact = Exact::kConvex;
+  RobotPairs pairs;
+  for (const scenes::DisabledPair& pair : choose_matrix(options, robot, disabled.pairs, session).masked)
+    pairs.masked.push_back(pair.links);
+  const std::vector<bool> shaped = scenes::shaped_links(robot);
+  for (std::uint32_t a = 0; a < shaped.size(); ++a)
+    for (std::uint32_t b = a + 1; b < shaped.size(); ++b) {
+      const auto is_pair = [&](const LinkPair& pair) { return pair.a == a && pair.b == b; };
+      if (shaped[a] && shaped[b] && std::none_of(pairs.masked.begin(), pairs.masked.end(), is_pair))
+        pairs.tested.push_back({a, b});
+    }
+  return pairs;
+}
+
+void require(Status status) {
+  if (status != Status::kOk) throw std::runtime_error(std::string("the robot: ") + to_string(status));
+}
+
+// One robot in cab, on one thread.
+class Checker {
+ public:
+  Checker(const scenes::Robot& robot, const RobotPairs& pairs, Isa isa, Exact exact)
+      : variables_(robot.variables.size()), kinematics_(robot), checker_(EngineDesc{isa, 1}) {
+    require(checker_.status());
+    const scenes::ArticulationStorage storage(robot.body);
+    ArticulationDesc desc = storage.desc();
+    desc.ignored_pairs = pairs.masked;
+    require(checker_.set_robot(desc, kinematics_.desc()));
+    checker_.world().job().policies.exact = exact;
+  }
+
+  // Whether links touch. A state is done at its first touching pair.
+  void check(Span<const double> states, Span<std::uint8_t> touching) {
+    answers_.resize(touching.size);
+    require(checker_.check(states, answers_));
+    for (std::size_t s = 0; s < touching.size; ++s) touching[s] = answers_[s] != StateAnswer::kFree;
+  }
+
+  // Finds all pairs of links that touch, and calls on_hit(state, hit).
+  template <class OnHit>
+  void find_hits(Span<const double> states, OnHit&& on_hit) {
+    const std::size_t step = checker_.chunk() * variables_;
+    for (std::size_t at = 0; at < states.size; at += step) {
+      const Span<const double> chunk = {states.data + at, std::min(step, states.size - at)};
+      require(checker_.find_hits(chunk, static_cast<std::uint32_t>(chunk.size / variables_)));
+      for (const Hit& hit : checker_.world().hits()) on_hit(at / variables_ + hit.instance_a, hit);
+    }
+  }
+
+  // The poses of one state: 7 numbers per link.
+  std::vector<float> poses(const double* state) const {
+    std::vector<float> poses(kinematics_.pose_floats());
+    kinematics_.write_poses({state, variables_}, poses);
+    return poses;
+  }
+
+  Isa isa() const { return engine_isa(checker_.world().engine()); }
+
+ private:
+  std::size_t variables_;
+  scenes::Kinematics kinematics_;
+  CollisionChecker checker_;
+  std::vector<StateAnswer> answers_;
+};
+
+// A set-up, and what was found of it.
+struct RobotRow {
+  RobotSetup setup;
+  bool ours;
+  std::vector<double> seconds = {};  // per state, of each round
+  std::uint64_t touching = 0, false_positives = 0, misses = 0;
+};
+
+class RobotRun {
+ public:
+  RobotRun(const RobotCommandOptions& options, Isa isa, const scenes::Robot& robot, const RobotPairs& pairs)
+      : options_(options), robot_(robot), pairs_(pairs), judge_(robot, import_triangles(options.file, options.import)) {
+    const auto add_ours = [&](const std::string& name, const std::string& meaning, Isa on, Exact exact) {
+      const auto checker = std::make_shared<Checker>(robot, pairs, on, exact);
+      rows_.push_back(
+          {{name, meaning, [checker](auto states, auto touching) { checker->check(states, touching); }}, true});
+      return checker;
+    };
+    boxes_ = add_ours("cab boxes", "boxes about shapes, exact = none", isa, Exact::kNone);
+    shapes_ = add_ours("cab shapes", "hulls of meshes, and all other shapes, exact = convex", isa, Exact::kConvex);
+    const auto find = [this](Span<const double> states, Span<std::uint8_t> touching) {
+      std::fill_n(touching.data, touching.size, std::uint8_t{0});
+      shapes_->find_hits(states, [&](std::size_t state, const Hit&) { touching[state] = 1; });
+    };
+    rows_.push_back({{"cab shapes, all pairs", "the same, and all pairs of links that touch", find}, true});
+    if (shapes_->isa() != Isa::kScalar)
+      add_ours("cab shapes, scalar", "cab shapes without SIMD", Isa::kScalar, Exact::kConvex);
+#ifdef CAB_WITH_MUJOCO
+    try {
+      for (RobotSetup& setup : mujoco_setups(robot, pairs)) rows_.push_back({std::move(setup), false});
+    } catch (const std::runtime_error& error) {
+      tell("note", std::string("mujoco refuses the robot: ") + error.what());
+    }
+#endif
+  }
+
+  // Runs all set-ups in turns, each round on other states.
+  void run(std::uint64_t rounds) {
+    const std::uint64_t count = options_.random_count;
+    rounds = std::min(rounds, count);
+    std::vector<double> states = states_of(0, std::min<std::uint64_t>(count, kSampledStates));
+    judge_left_out(states);
+    states.resize(std::min(states.size(), kWarmUp * robot_.variables.size()));
+    std::vector<std::uint8_t> touching(states.size() / robot_.variables.size());
+    for (RobotRow& row : rows_) row.setup.check(states, touching);
+    ProgressBar bar("states", count);
+    for (std::uint64_t r = 0; r < rounds; ++r) {
+      const std::uint64_t begin = count * r / rounds, end = count * (r + 1) / rounds;
+      run_round(states_of(begin, end), end - begin);
+      bar.advance(end - begin);
+    }
+  }
+
+  // Whether cab's shapes miss nothing.
+  bool right() const {
+    return lost_ == 0 && std::none_of(rows_.begin(), rows_.end(), [](auto& row) { return row.ours && row.misses > 0; });
+  }
+
+  // Prints the head, and the meanings of the set-ups.
+  void print_head() const {
+    std::cout << robot_.body.name << ": " << options_.random_count << " states, " << pairs_.tested.size()
+              << " tested pairs of links; threads 1, ISA " << to_string(shapes_->isa()) << '\n';
+    for (const RobotRow& row : rows_) std::cout << "  " << row.setup.name << ": " << row.setup.meaning << '\n';
+  }
+
+  // Prints the table, and returns it.
+  Json print_table() const {
+    const auto count = static_cast<double>(options_.random_count);
+    const auto share = [&](std::uint64_t states) { return fixed(100 * static_cast<double>(states) / count, 2) + " %"; };
+    Json json = {{"robot", robot_.body.name},         {"tested_pairs", pairs_.tested.size()},
+                 {"states", options_.random_count},   {"seed", options_.seed},
+                 {"isa", to_string(shapes_->isa())},  {"states_in_collision", judged_},
+                 {"left_out_pairs", near_ + far_},    {"left_out_pairs_that_touch", lost_},
+                 {"cab_version", CAB_VERSION_STRING}, {"runs", Json::array()}};
+#ifdef CAB_WITH_MUJOCO
+    json["mujoco_version"] = mujoco_version();
+#endif
+    TextTable table;
+    table.add_row({"", "us per state", "least", "most", "in collision", "false positives", "misses"});
+    for (const RobotRow& row : rows_) {
+      const Spread time = spread_of(row.seconds);
+      table.add_row({row.setup.name, fixed(1e6 * time.median, 3), fixed(1e6 * time.least, 3), fixed(1e6 * time.most, 3),
+                     share(row.touching), std::to_string(row.false_positives), std::to_string(row.misses)});
+      Json run = {{"setup", row.setup.name},
+                  {"states_in_collision", row.touching},
+                  {"false_positives", row.false_positives},
+                  {"misses", row.misses}};
+      add_spread(run, "seconds", time);
+      json["runs"].push_back(std::move(run));
+    }
+    table.add_row({"judge", fixed(1e6 * judge_seconds_ / count, 3), "", "", share(judged_), "", ""});
+    std::cout << '\n';
+    table.print(std::cout);
+    std::cout << "pairs of links that cab's shapes leave out, judged: " << near_ << " whose boxes touch, " << far_
+              << " others; of these touch: " << lost_ << '\n';
+    return json;
+  }
+
+ private:
+  std::vector<double> states_of(std::uint64_t begin, std::uint64_t end) const {
+    const std::size_t variables = robot_.variables.size();
+    std::vector<double> states((end - begin) * variables);
+    for (std::uint64_t s = begin; s < end; ++s)
+      scenes::random_state(robot_, options_.seed, s, states.data() + (s - begin) * variables);
+    return states;
+  }
+
+  bool touch(const std::vector<double>& states, std::size_t state, std::uint32_t link_a, std::uint32_t link_b) const {
+    return judge_.touch(shapes_->poses(states.data() + state * robot_.variables.size()), link_a, link_b);
+  }
+
+  void run_round(const std::vector<double>& states, std::size_t count) {
+    std::vector<std::uint8_t> truth(count), touching(count);
+    double start = processor_seconds();
+    // Hulls hold their meshes, so the pairs that cab's shapes leave out are apart; judge_left_out checks that.
+    shapes_->find_hits(states, [&](std::size_t state, const Hit& hit) {
+      if (truth[state] == 0) truth[state] = touch(states, state, hit.link_a, hit.link_b);
+    });
+    judge_seconds_ += processor_seconds() - start;
+    judged_ += static_cast<std::uint64_t>(std::count(truth.begin(), truth.end(), 1));
+    for (RobotRow& row : rows_) {
+      start = processor_seconds();
+      row.setup.check(states, touching);
+      row.seconds.push_back((processor_seconds() - start) / static_cast<double>(count));
+      for (std::size_t s = 0; s < count; ++s) {
+        row.touching += touching[s];
+        row.false_positives += touching[s] > truth[s];
+        row.misses += touching[s] < truth[s];
+      }
+    }
+  }
+
+  void judge_left_out(const std::vector<double>& states) {
+    std::array<std::set<std::tuple<std::size_t, std::uint32_t, std::uint32_t>>, 2> found;
+    for (const bool exact : {false, true})
+      (exact ? shapes_ : boxes_)->find_hits(states, [&](std::size_t state, const Hit& hit) {
+        found[exact].insert({state, hit.link_a, hit.link_b});
+      });
+    for (std::size_t s = 0; s < states.size() / robot_.variables.size(); ++s)
+      for (const LinkPair& pair : pairs_.tested) {
+        if (found[1].count({s, pair.a, pair.b}) != 0) continue;
+        std::size_t& sampled = found[0].count({s, pair.a, pair.b}) != 0 ? near_ : far_;
+        if (sampled == kSampledPairs) continue;
+        ++sampled;
+        lost_ += touch(states, s, pair.a, pair.b);
+      }
+  }
+
+  const RobotCommandOptions& options_;
+  const scenes::Robot& robot_;
+  const RobotPairs& pairs_;
+  RobotJudge judge_;
+  std::shared_ptr<Checker> boxes_, shapes_;
+  std::vector<RobotRow> rows_;
+  std::uint64_t judged_ = 0;        // states in collision
+  std::size_t near_ = 0, far_ = 0;  // judged pairs that cab's shapes leave out
+  std::size_t lost_ = 0;            // of these, how many touch
+  double judge_seconds_ = 0;
+};
+
+}  // namespace
+
+int robots_command(const PeersOptions& options) {
+  const RobotCommandOptions& o = options.robot;
+  check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path});
+  OutputFile json(options.json_path);
+  const scenes::Robot robot = scenes::import_robot(o.file, o.import);
+  if (robot.variables.empty()) throw std::runtime_error("no joint of the robot moves: it has one state alone");
+  const RobotPairs pairs = choose_pairs(o, robot);
+  RobotRun run(o, options.isa, robot, pairs);
+  run.print_head();
+  run.run(options.rounds);
+  write_json(json, run.print_table());
+  if (!run.right()) std::cerr << "cab peers: shapes of this engine miss what touches by the judge\n";
+  return run.right() ? 0 : 1;
+}
+
+}  // namespace cab::perf
