@@ -303,11 +303,18 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
 inline Status CollisionChecker::run(Span<const double> states, std::uint32_t count, Report report,
                                     Span<std::uint8_t> in_contact) noexcept {
   flag_count_ = 0;
-  const Span<float> poses = {poses_.get(), 7 * kinematics_.link_parents.size * count};
-  Status status = compute_link_poses(kinematics_, states, engine_isa(world_.engine()), poses);
-  if (status != Status::kOk) return status;
   BatchInput& input = *world_.input(robot_);
   input.count = count;
+  Status status = Status::kOk;
+  if (robot_among_points_.value) {
+    // Characters need the poses before the frame.
+    input.states = {};
+    status = compute_link_poses(kinematics_, states, engine_isa(world_.engine()),
+                                {poses_.get(), 7 * kinematics_.link_parents.size * count});
+    if (status != Status::kOk) return status;
+  } else {
+    input.states = {&kinematics_, states, poses_.get()};
+  }
   input.flags = {flags_.get(), count};
   input.in_contact = in_contact;
   BatchInput* const among_points = robot_among_points_.value ? world_.input(robot_among_points_) : nullptr;
