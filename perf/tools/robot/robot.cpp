@@ -391,10 +391,11 @@ scenes::Matrix choose_matrix(const RobotCommandOptions& options, const scenes::R
 
 // Writes the checked states as frames. All their poses are in memory.
 void write_recording(const RobotCommandOptions& options, const scenes::Robot& robot, std::vector<LinkPair> masked,
-                     const scenes::StateSource& states) {
+                     const scenes::RobotSessionOptions& session, const scenes::StateSource& states) {
   scenes::Scene scene;
   scene.name = robot.body.name;
   scene.frame_count = static_cast<std::uint32_t>(states.count);
+  scene.characters.reserve(1 + session.around.size);
   scenes::Character& body = scene.characters.emplace_back(robot.body);
   body.ignored_pairs = std::move(masked);
   const scenes::Kinematics kinematics(robot);
@@ -402,10 +403,18 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   std::vector<double> values(states.count * robot.variables.size());
   for (std::uint64_t s = 0; s < states.count; ++s) states.fill(s, values.data() + s * robot.variables.size());
   kinematics.write_poses(values, body.poses, options.isa);
+  for (const scenes::Robot& around : session.around) {
+    scenes::Character& fixed = scene.characters.emplace_back(around.body);
+    const scenes::Kinematics joints(around);
+    fixed.poses.resize(joints.pose_floats());
+    joints.write_poses(scenes::rest_state(around), fixed.poses, options.isa);
+    fixed.is_static = true;
+  }
   RecordSettings settings;
   settings.path = options.recording.path;
   settings.title = robot.body.name;
   settings.policies = options.policies;
+  settings.margin = session.margin;
   settings.isa = options.isa;
   settings.thread_count = options.thread_count;
   settings.metres_per_unit = 1;
@@ -424,8 +433,6 @@ int robot_command(const RobotCommandOptions& options) {
   for (const std::string& path : {options.srdf_path, options.states_path})
     if (!path.empty()) inputs.push_back(path);
   inputs.insert(inputs.end(), options.around.begin(), options.around.end());
-  if (!options.around.empty() && !options.recording.path.empty())
-    throw UsageError("--record: a recording has no bodies of --around; leave out one of the two");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 inputs);
   OutputFile hits(options.hits_path), json(options.json_path);
@@ -469,7 +476,7 @@ int robot_command(const RobotCommandOptions& options) {
   if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);
   if (json) write_json(json, to_json(options, robot, session, matrix, totals));
-  if (!options.recording.path.empty()) write_recording(options, robot, std::move(masked), states);
+  if (!options.recording.path.empty()) write_recording(options, robot, std::move(masked), settings, states);
   return 0;
 }
 

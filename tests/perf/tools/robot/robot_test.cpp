@@ -1,6 +1,8 @@
 // `cab robot`: the allowed-collision matrix, self-collision and distances of robots whose answers are known in closed
 // form, and of a real hand.
 #include <cab/cab.h>
+#include <cab/record.h>
+#include <cab/replay.h>
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -284,12 +286,20 @@ TEST_CASE("bodies around the robot touch it where they stand at rest, and a marg
   CHECK(pairs_of(robot.run(with_margin)).count({"slider", "cell/wall", 2, 0}) == 1);
   CHECK(pairs_of(robot.run({"--samples", "0", "--states", states})).count({"slider", "cell/wall", 1, 1}) == 0);
 
-  Words recorded = base;
-  recorded.insert(recorded.begin(), robot.file);
-  recorded.insert(recorded.end(), {"--record", robot.folder / "r.cab"});
-  const Outcome refused = run_command("robot", recorded);
-  CHECK(refused.exit_code == 2);
-  CHECK(refused.error.find("--around") != std::string::npos);
+  // A recording has the same hits.
+  const std::string recording = robot.folder / "r.cab";
+  with_margin.insert(with_margin.end(), {"--record", recording});
+  const Json recorded = robot.run(with_margin);
+  record::Recording read;
+  REQUIRE(read.open(recording.c_str()));
+  REQUIRE(read.frame_count() == 3);
+  std::size_t found = 0;
+  for (std::uint32_t f = 0; f < 3; ++f) {
+    record::RecordedFrame frame;
+    REQUIRE(read.read_frame(f, &frame));
+    found += frame.hits.size;
+  }
+  CHECK(found == recorded["hits"]);
 }
 
 TEST_CASE("wrong use of cab robot is told") {
