@@ -296,6 +296,18 @@ TEST_CASE("angles of any size are taken modulo two turns") {
   }
 }
 
+TEST_CASE("a place that is turned by a hair is turned, even if its quaternion is a little too long") {
+  JointedBody body;
+  body.parents = {-1};
+  body.links.resize(1);
+  body.links[0].rotation[0] = 5e-4;
+  body.variable_count = 1;
+  const double state = 0;
+  std::vector<float> pose(7);
+  require(compute_link_poses(body.desc(), {&state, 1}, Isa::kAuto, pose));
+  CHECK(pose[0] == 5e-4f);
+}
+
 TEST_CASE("a body that is refused, or arrays that do not fit, have their status, and nothing is written") {
   const std::vector<double> states(8, 0.5);
   const auto run = [](const JointedBody& body, Span<const double> of, std::size_t floats) {
