@@ -1,23 +1,28 @@
 // Forward kinematics, states as lanes of doubles.
 #pragma once
 
+#include "kernels/pose_between.h"
 #include "kernels/sine.h"
+#include "kernels/transpose.h"
 #include "kernels/vec3.h"
 
 #include <cab/kinematics.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cab::kernel {
 
-// Up to sixteen states of a body.
+// Up to sixteen states of a body. Unused lanes repeat the last state.
 struct StateTile {
   const KinematicsDesc& desc;  // valid
   const double* states;        // desc.variable_count numbers per state
   std::uint32_t count;         // of states, 1 to kLanes
-  double* links;               // scratch, 7 kLanes per link, aligned to 64 bytes
-  float* poses;                // receives 7 per state and link
+  double* scratch;             // 7 kLanes per link, aligned to 64 bytes
+  float* block;                // scratch: as many floats
+  RawPoses* links;             // receives the poses of each link, seven floats for each state
+  float* poses;                // receives the same, seven per state and link
 };
 
 // A rotation by a quaternion of length 1, then a translation.
@@ -53,14 +58,17 @@ CAB_INLINE Vec3<D> spread(const double (&v)[3]) {
   return {D(v[0]), D(v[1]), D(v[2])};
 }
 
-// Loads the values of a variable of the states from `first` on: multiplier * variable + offset.
+// One number of each row, in lanes. Not by way of memory, which waits until all of them are stored.
+template <class D, std::size_t... kLane>
+CAB_INLINE D gathered(const double* const* rows, std::size_t at, std::index_sequence<kLane...>) {
+  return D{rows[kLane][at]...};
+}
+
+// The values of a variable of the states at `rows`: multiplier * variable + offset.
 template <class D>
-CAB_INLINE D joint_value(const StateTile& tile, const JointDesc& joint, std::uint32_t first, std::uint32_t which) {
-  alignas(64) double value[kLanes];
-  const double* const from = tile.states + joint.variable + which;
-  for (std::uint32_t lane = 0; lane < kWidth<D>; ++lane)
-    value[lane] = from[std::size_t{std::min(first + lane, tile.count - 1)} * tile.desc.variable_count];
-  return D(joint.multiplier) * Lanes<D>::load(value) + D(joint.offset);
+CAB_INLINE D joint_value(const double* const* rows, const JointDesc& joint, std::uint32_t which) {
+  const D variable = gathered<D>(rows, std::size_t{joint.variable} + which, std::make_index_sequence<kWidth<D>>());
+  return D(joint.multiplier) * variable + D(joint.offset);
 }
 
 // Half an angle of any size, within the range of sine_cosine.
@@ -75,11 +83,13 @@ CAB_INLINE D half_angle(D angle) {
   return D(.5) * Lanes<D>::load(value);
 }
 
+// Whether three numbers are 0.
+inline bool is_zero(const double* v) { return std::fabs(v[0]) <= 0 && std::fabs(v[1]) <= 0 && std::fabs(v[2]) <= 0; }
+
 // Moves a motion's frame by a joint.
 template <class D>
-CAB_INLINE void move_by_joint(const StateTile& tile, const JointDesc& joint, std::uint32_t first,
-                              MotionLanes<D>& motion) {
-  const D value = joint_value<D>(tile, joint, first, 0);
+CAB_INLINE void move_by_joint(const double* const* rows, const JointDesc& joint, MotionLanes<D>& motion) {
+  const D value = joint_value<D>(rows, joint, 0);
   if (joint.kind == JointKind::kPrismatic) return move(motion, value * spread<D>(joint.axis));
   Vec3<D> axis;
   D sine, cosine;
@@ -87,16 +97,58 @@ CAB_INLINE void move_by_joint(const StateTile& tile, const JointDesc& joint, std
     sine_cosine(half_angle(value), &sine, &cosine);
     axis = sine * spread<D>(joint.axis);
   } else {
-    const Vec3<D> turned = {value, joint_value<D>(tile, joint, first, 1), joint_value<D>(tile, joint, first, 2)};
+    const Vec3<D> turned = {value, joint_value<D>(rows, joint, 1), joint_value<D>(rows, joint, 2)};
     const D angle = sqrt(dot(turned, turned));
     sine_cosine(half_angle(angle), &sine, &cosine);
     axis = select(D(0.) < angle, divide(sine, angle), select(angle < D(1.), D(.5), angle)) * turned;
   }
+  if (is_zero(joint.anchor)) return turn(motion, axis, cosine);
   const Vec3<D> anchor = spread<D>(joint.anchor);
-  const bool has_anchor = joint.anchor[0] != 0 || joint.anchor[1] != 0 || joint.anchor[2] != 0;
-  if (has_anchor) move(motion, anchor);
+  move(motion, anchor);
   turn(motion, axis, cosine);
-  if (has_anchor) move(motion, D(-1.) * anchor);
+  move(motion, D(-1.) * anchor);
+}
+
+// A quaternion times a turn by half a circle about an axis.
+struct HalfCircle {
+  double at[4];
+};
+
+inline HalfCircle half_circle(const double (&q)[4], const double (&axis)[3]) {
+  return {{(q[3] * axis[0] + q[1] * axis[2]) - q[2] * axis[1], (q[3] * axis[1] + q[2] * axis[0]) - q[0] * axis[2],
+           (q[3] * axis[2] + q[0] * axis[1]) - q[1] * axis[0], -((q[0] * axis[0] + q[1] * axis[1]) + q[2] * axis[2])}};
+}
+
+// Moves a motion's frame by a link's place and its joints.
+template <class D>
+CAB_INLINE void move_by_link(const double* const* rows, const LinkPlaceDesc& link, const JointDesc* joints,
+                             MotionLanes<D>& motion) {
+  const double(&q)[4] = link.rotation;
+  const JointDesc* const end = joints + link.joint_count;
+  if (!is_zero(link.translation)) move(motion, spread<D>(link.translation));
+  if (joints != end && joints->kind == JointKind::kRevolute && is_zero(joints->anchor)) {
+    // Place and joint together: cosine and sine of half the angle weigh the place, and the place after half a circle.
+    const HalfCircle half = half_circle(q, joints->axis);
+    D sine, cosine;
+    sine_cosine(half_angle(joint_value<D>(rows, *joints, 0)), &sine, &cosine);
+    const auto sum = [&](int k) { return cosine * D(q[k]) + sine * D(half.at[k]); };
+    turn(motion, {sum(0), sum(1), sum(2)}, sum(3));
+    ++joints;
+  } else if (!is_zero(q)) {
+    turn(motion, {D(q[0]), D(q[1]), D(q[2])}, D(q[3]));
+  }
+  for (; joints != end; ++joints) move_by_joint(rows, *joints, motion);
+}
+
+// Writes the poses of one link, seven floats for each state, which are `stride` floats apart.
+template <class V>
+CAB_INLINE void write_poses(const RawPoses& link, std::size_t stride, float* to) {
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kQuadRows<V>)
+    for (const std::uint32_t at : {0u, 3u}) {  // two quads that share one float
+      const float* const from[4] = {link.raw[at] + lane, link.raw[at + 1] + lane, link.raw[at + 2] + lane,
+                                    link.raw[at + 3] + lane};
+      scatter_quads<V>(from, stride, to + lane * stride + at);
+    }
 }
 
 template <class V>
@@ -104,32 +156,39 @@ void pose_states(const StateTile& tile) {
   using D = DoubleOf<V>;
   constexpr std::uint32_t kStates = kWidth<D>;
   const std::size_t link_count = tile.desc.link_parents.size;
-  for (std::uint32_t first = 0; first < tile.count; first += kStates) {
-    const JointDesc* joint = tile.desc.joints.data;
-    const std::uint32_t count = std::min(kStates, tile.count - first);
+  const double* rows[kLanes];
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+    rows[lane] = tile.states + std::size_t{std::min(lane, tile.count - 1)} * tile.desc.variable_count;
+  std::uint32_t first = 0;
+  for (; first < tile.count; first += kStates) {
+    const JointDesc* joints = tile.desc.joints.data;
     for (std::size_t l = 0; l < link_count; ++l) {
       const LinkPlaceDesc& link = tile.desc.links[l];
-      const double* const q = link.rotation;
-      const Vec3<D> axis = {D(q[0]), D(q[1]), D(q[2])}, translation = spread<D>(link.translation);
-      MotionLanes<D> motion = {axis, D(q[3]), translation};
+      MotionLanes<D> motion = {{D(0.), D(0.), D(0.)}, D(1.), {D(0.), D(0.), D(0.)}};
       if (const std::int32_t parent = tile.desc.link_parents[l]; parent >= 0) {
-        const double* const p = tile.links + 7 * kStates * static_cast<std::size_t>(parent);
+        const double* const p = tile.scratch + 7 * kStates * static_cast<std::size_t>(parent);
         const auto load = [p](std::uint32_t c) { return Lanes<D>::load(p + c * kStates); };
         motion = {{load(0), load(1), load(2)}, load(3), {load(4), load(5), load(6)}};
-        move(motion, translation);
-        turn(motion, axis, D(q[3]));
       }
-      for (std::uint32_t j = 0; j < link.joint_count; ++j) move_by_joint(tile, *joint++, first, motion);
-      double* const to = tile.links + 7 * kStates * l;
+      move_by_link(rows + first, link, joints, motion);
+      joints += link.joint_count;
+      double* const to = tile.scratch + 7 * kStates * l;
       const D all[] = {motion.axis.x,        motion.axis.y,        motion.axis.z,       motion.w,
                        motion.translation.x, motion.translation.y, motion.translation.z};
-      for (std::uint32_t c = 0; c < 7; ++c) Lanes<D>::store(to + c * kStates, all[c]);
-      float* const poses = tile.poses + 7 * l;
-      for (std::uint32_t lane = 0; lane < count; ++lane)
-        for (std::uint32_t c = 0; c < 7; ++c)
-          poses[std::size_t{first + lane} * 7 * link_count + c] = static_cast<float>(to[c * kStates + lane]);
+      for (std::uint32_t c = 0; c < 7; ++c) {
+        Lanes<D>::store(to + c * kStates, all[c]);
+        Lanes<D>::store(tile.links[l].raw[c] + first, all[c]);
+      }
     }
   }
+  for (std::size_t l = 0; l < link_count; ++l) {
+    for (std::uint32_t c = 0; c < 7; ++c) {
+      float(&lanes)[kLanes] = tile.links[l].raw[c];
+      std::fill(lanes + first, lanes + kLanes, lanes[tile.count - 1]);
+    }
+    write_poses<V>(tile.links[l], 7 * link_count, tile.block + 7 * l);
+  }
+  std::copy_n(tile.block, tile.count * 7 * link_count, tile.poses);
 }
 
 }  // namespace cab::kernel

@@ -19,6 +19,7 @@ struct PoseTile {
   PoseCoding coding;
   const float* poses[kLanes];         // the pose of each instance's first link
   std::size_t link_stride;            // floats from one link's pose to the next
+  const RawPoses* links = nullptr;    // the poses in lanes already, by link; else null
   const float* orientations[kLanes];  // 4 floats per instance, or all null
   alignas(64) float scales[kLanes];   // with Scaling::kPerInstance
   BoxTile* leaves;
@@ -351,15 +352,17 @@ CAB_INLINE void clear_links(const PoseTile& args, std::uint32_t lane, Mask<V> ke
   }
 }
 
-// Reads the poses of one link.
+// Returns the poses of one link. raw: room for them.
 template <class V>
-CAB_INLINE void read_link(const PoseTile& args, std::uint32_t link, RawPoses& raw) {
+CAB_INLINE const RawPoses& read_link(const PoseTile& args, std::uint32_t link, RawPoses& raw) {
+  if (args.links) return args.links[link];
   const std::uint32_t floats = pose_floats(args.coding.format);
   read_raw<V>(args.poses, link * args.link_stride, floats, raw);
-  if (!args.later) return;
+  if (!args.later) return raw;
   RawPoses later;
   read_raw<V>(args.later->poses, link * args.link_stride, floats, later);
   blend_poses<V>(later, args.later->part, floats, raw);
+  return raw;
 }
 
 // Reads the orientations of the instances.
@@ -383,9 +386,9 @@ void pose_tile(const PoseTile& args) {
   if (is_rotated(args)) read_orientations<V>(args, rotations);
 
   for (const PosedLink& posed : articulation.posed_links) {
-    read_link<V>(args, posed.link, raw);
+    const RawPoses& link = read_link<V>(args, posed.link, raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-      pose_link<kAs>(args, posed, raw, rotations, lane, checks[lane / kWidth<V>]);
+      pose_link<kAs>(args, posed, link, rotations, lane, checks[lane / kWidth<V>]);
   }
 
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {

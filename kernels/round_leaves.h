@@ -15,15 +15,16 @@ struct RoundPoses {
   const RoundBody* body;
   const float* poses[kLanes];  // kQuaternionTranslation: the pose of each instance's first link
   std::size_t link_stride;     // floats from one link's pose to the next
+  const RawPoses* links;       // the poses in lanes already, by link; else null
   RoundTile* tiles;
 };
 
 template <class V>
-CAB_INLINE void pose_round_leaf(const RigidLanes<V>& pose, V away, const RoundLeaf& leaf, std::uint32_t lane,
-                                RoundTile& to) {
+CAB_INLINE void pose_round_leaf(const RigidLanes<V>& pose, V away, const RoundLeaf& leaf, bool beside_capsules,
+                                std::uint32_t lane, RoundTile& to) {
   const auto spread = [](const float* v) { return Vec3<V>{V(v[0]), V(v[1]), V(v[2])}; };
   store3(to.center, lane, pose.translation + rotate<V>(pose.column, spread(leaf.center)));
-  store3(to.axis, lane, rotate<V>(pose.column, spread(leaf.axis)));
+  if (beside_capsules) store3(to.axis, lane, rotate<V>(pose.column, spread(leaf.axis)));
   Lanes<V>::store(to.size + lane, away + V(leaf.size));
 }
 
@@ -33,10 +34,11 @@ template <class V>
 bool pose_round(const RoundPoses& args) {
   const Mask<V> yes = V(0.0f) <= V(0.0f);
   LaneChecks<V> checks = {yes, yes, yes};
-  RawPoses raw;
+  RawPoses read;
   std::size_t next = 0;  // link with leaves
   for (const PosedLink& posed : args.articulation->posed_links) {
-    read_raw<V>(args.poses, posed.link * args.link_stride, 7, raw);
+    if (!args.links) read_raw<V>(args.poses, posed.link * args.link_stride, 7, read);
+    const RawPoses& raw = args.links ? args.links[posed.link] : read;
     const bool has_leaves = posed.leaf_begin < posed.leaf_end;
     const RoundLink* const link = has_leaves ? &args.body->links[next] : nullptr;
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
@@ -45,9 +47,9 @@ bool pose_round(const RoundPoses& args) {
       if (!has_leaves) continue;
       const V away = sum(abs(pose.translation));
       for (std::uint32_t l = link->begin; l < link->end; ++l)
-        pose_round_leaf(pose, away, args.body->leaves[l], lane, args.tiles[l]);
+        pose_round_leaf(pose, away, args.body->leaves[l], args.body->has_capsules, lane, args.tiles[l]);
       if (link->end - link->begin > 1)
-        pose_round_leaf(pose, away, link->ball, lane, args.tiles[args.body->leaves.size + next]);
+        pose_round_leaf(pose, away, link->ball, false, lane, args.tiles[args.body->leaves.size + next]);
     }
     next += has_leaves;
   }

@@ -79,11 +79,12 @@ CAB_INLINE float divide(float a, float b) { return a / b; }
 CAB_INLINE float min(float a, float b) { return a < b ? a : b; }
 CAB_INLINE float max(float a, float b) { return b < a ? a : b; }
 
-// V = double. Loads of floats convert.
+// V = double. Loads of floats convert, and stores of floats round.
 template <>
 struct Lanes<double> {
   static CAB_INLINE double load(const float* at) { return static_cast<double>(*at); }
   static CAB_INLINE double load(const double* at) { return *at; }
+  static CAB_INLINE void store(float* at, double v) { *at = static_cast<float>(v); }
   static CAB_INLINE void store(double* at, double v) { *at = v; }
 };
 CAB_INLINE double select(bool m, double a, double b) { return m ? a : b; }
@@ -125,11 +126,28 @@ CAB_INLINE DoubleBatch<xsimd::sse2> widened(const float* at, xsimd::sse2) {
 CAB_INLINE DoubleBatch<xsimd::neon64> widened(const float* at, xsimd::neon64) { return vcvt_f64_f32(vld1_f32(at)); }
 #endif
 
-// Loads of floats convert.
+// Stores doubles as floats, rounded.
+#if XSIMD_WITH_AVX512F
+CAB_INLINE void store_rounded(float* at, DoubleBatch<xsimd::avx512bw> v) { _mm256_store_ps(at, _mm512_cvtpd_ps(v)); }
+#endif
+#if XSIMD_WITH_AVX2
+CAB_INLINE void store_rounded(float* at, DoubleBatch<xsimd::avx2> v) { _mm_store_ps(at, _mm256_cvtpd_ps(v)); }
+#endif
+#if XSIMD_WITH_SSE2
+CAB_INLINE void store_rounded(float* at, DoubleBatch<xsimd::sse2> v) {
+  _mm_store_sd(reinterpret_cast<double*>(at), _mm_castps_pd(_mm_cvtpd_ps(v)));
+}
+#endif
+#if XSIMD_WITH_NEON64
+CAB_INLINE void store_rounded(float* at, DoubleBatch<xsimd::neon64> v) { vst1_f32(at, vcvt_f32_f64(v)); }
+#endif
+
+// Loads of floats convert, and stores of floats round.
 template <class A>
 struct Lanes<DoubleBatch<A>> {
   static CAB_INLINE DoubleBatch<A> load(const float* at) { return widened(at, A{}); }
   static CAB_INLINE DoubleBatch<A> load(const double* at) { return DoubleBatch<A>::load_aligned(at); }
+  static CAB_INLINE void store(float* at, DoubleBatch<A> v) { store_rounded(at, v); }
   static CAB_INLINE void store(double* at, DoubleBatch<A> v) { v.store_aligned(at); }
 };
 

@@ -69,6 +69,66 @@ CAB_INLINE void transpose_quads<Batch<xsimd::avx512bw>>(const float* const* rows
 }
 #endif
 
+// The other way round: float k of every row is taken from in[k]. in[0..3] are aligned like V. Rows are `stride` floats
+// apart from `rows` on, with any alignment.
+template <class V>
+CAB_INLINE void scatter_quads([[maybe_unused]] const float* const (&in)[4], [[maybe_unused]] std::size_t stride,
+                              [[maybe_unused]] float* rows) {
+#if XSIMD_WITH_SSE2
+  __m128 a = _mm_load_ps(in[0]), b = _mm_load_ps(in[1]), c = _mm_load_ps(in[2]), d = _mm_load_ps(in[3]);
+  _MM_TRANSPOSE4_PS(a, b, c, d);
+  _mm_storeu_ps(rows, a);
+  _mm_storeu_ps(rows + stride, b);
+  _mm_storeu_ps(rows + 2 * stride, c);
+  _mm_storeu_ps(rows + 3 * stride, d);
+#elif XSIMD_WITH_NEON64
+  const float32x4_t a = vld1q_f32(in[0]), b = vld1q_f32(in[1]), c = vld1q_f32(in[2]), d = vld1q_f32(in[3]);
+  const float32x4_t ac_lo = vzip1q_f32(a, c), ac_hi = vzip2q_f32(a, c), bd_lo = vzip1q_f32(b, d),
+                    bd_hi = vzip2q_f32(b, d);
+  vst1q_f32(rows, vzip1q_f32(ac_lo, bd_lo));
+  vst1q_f32(rows + stride, vzip2q_f32(ac_lo, bd_lo));
+  vst1q_f32(rows + 2 * stride, vzip1q_f32(ac_hi, bd_hi));
+  vst1q_f32(rows + 3 * stride, vzip2q_f32(ac_hi, bd_hi));
+#endif
+}
+template <>
+CAB_INLINE void scatter_quads<float>(const float* const (&in)[4], std::size_t stride, float* rows) {
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t k = 0; k < 4; ++k) rows[r * stride + k] = in[k][r];
+}
+#if XSIMD_WITH_AVX2
+template <>
+CAB_INLINE void scatter_quads<Batch<xsimd::avx2>>(const float* const (&in)[4], std::size_t stride, float* rows) {
+  const __m256 a = _mm256_load_ps(in[0]), b = _mm256_load_ps(in[1]), c = _mm256_load_ps(in[2]),
+               d = _mm256_load_ps(in[3]);
+  const __m256 ab_lo = _mm256_unpacklo_ps(a, b), ab_hi = _mm256_unpackhi_ps(a, b);
+  const __m256 cd_lo = _mm256_unpacklo_ps(c, d), cd_hi = _mm256_unpackhi_ps(c, d);
+  const __m256 quad[4] = {_mm256_shuffle_ps(ab_lo, cd_lo, 0x44), _mm256_shuffle_ps(ab_lo, cd_lo, 0xee),
+                          _mm256_shuffle_ps(ab_hi, cd_hi, 0x44), _mm256_shuffle_ps(ab_hi, cd_hi, 0xee)};
+  for (std::size_t j = 0; j < 4; ++j) {
+    _mm_storeu_ps(rows + j * stride, _mm256_castps256_ps128(quad[j]));
+    _mm_storeu_ps(rows + (j + 4) * stride, _mm256_extractf128_ps(quad[j], 1));
+  }
+}
+#endif
+#if XSIMD_WITH_AVX512F
+template <>
+CAB_INLINE void scatter_quads<Batch<xsimd::avx512bw>>(const float* const (&in)[4], std::size_t stride, float* rows) {
+  const __m512 a = _mm512_load_ps(in[0]), b = _mm512_load_ps(in[1]), c = _mm512_load_ps(in[2]),
+               d = _mm512_load_ps(in[3]);
+  const __m512 ab_lo = _mm512_unpacklo_ps(a, b), ab_hi = _mm512_unpackhi_ps(a, b);
+  const __m512 cd_lo = _mm512_unpacklo_ps(c, d), cd_hi = _mm512_unpackhi_ps(c, d);
+  const __m512 quad[4] = {_mm512_shuffle_ps(ab_lo, cd_lo, 0x44), _mm512_shuffle_ps(ab_lo, cd_lo, 0xee),
+                          _mm512_shuffle_ps(ab_hi, cd_hi, 0x44), _mm512_shuffle_ps(ab_hi, cd_hi, 0xee)};
+  for (std::size_t j = 0; j < 4; ++j) {
+    _mm_storeu_ps(rows + j * stride, _mm512_castps512_ps128(quad[j]));
+    _mm_storeu_ps(rows + (j + 4) * stride, _mm512_extractf32x4_ps(quad[j], 1));
+    _mm_storeu_ps(rows + (j + 8) * stride, _mm512_extractf32x4_ps(quad[j], 2));
+    _mm_storeu_ps(rows + (j + 12) * stride, _mm512_extractf32x4_ps(quad[j], 3));
+  }
+}
+#endif
+
 // Transposes kWidth<V> rows of 16 floats. `rows` holds their addresses, which are aligned like V. Vector k holds float
 // k of every row.
 template <class V>

@@ -88,7 +88,10 @@ RoundBody make_round_body(const Articulation& articulation, const ConvexShapes& 
     link.end = static_cast<std::uint16_t>(leaves.size());
     link.ball = ball_about(leaves.data() + link.begin, leaves.size() - link.begin);
   }
-  return {constant(arena.copy(Span<const RoundLeaf>(leaves))), constant(arena.copy(Span<const RoundLink>(links)))};
+  const bool has_capsules =
+      std::any_of(leaves.begin(), leaves.end(), [](const RoundLeaf& leaf) { return !leaf.is_ball; });
+  return {constant(arena.copy(Span<const RoundLeaf>(leaves))), constant(arena.copy(Span<const RoundLink>(links))),
+          has_capsules};
 }
 
 }  // namespace cab

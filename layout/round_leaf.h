@@ -31,6 +31,7 @@ struct RoundLink {
 struct RoundBody {
   Span<const RoundLeaf> leaves;
   Span<const RoundLink> links;  // in the order of Articulation::posed_links
+  bool has_capsules = false;    // whether a leaf is no ball
 };
 
 // A posed leaf, one instance per lane.

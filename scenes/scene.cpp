@@ -30,6 +30,18 @@ ArticulationStorage::ArticulationStorage(const Character& character)
                        0, 0};
 }
 
+std::vector<BodyLeaf> copied(Span<const Leaf> leaves) {
+  std::vector<BodyLeaf> bodies;
+  for (const Leaf& leaf : leaves) {
+    bodies.push_back({leaf.link, leaf.box, {}});
+    for (const ConvexPart& part : leaf.parts) {
+      bodies.back().parts.push_back({part, {part.vertices.begin(), part.vertices.end()}});
+      bodies.back().parts.back().shape.vertices = {};
+    }
+  }
+  return bodies;
+}
+
 std::uint64_t pose_hash(const Scene& scene) {
   BitHash hash;
   for (const Character& character : scene.characters) {

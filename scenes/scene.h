@@ -27,6 +27,9 @@ struct BodyLeaf {
   std::vector<ShapePart> parts;
 };
 
+// Leaves that own their memory.
+std::vector<BodyLeaf> copied(Span<const Leaf> leaves);
+
 // One character: topology, leaves, and its poses for every frame of the scene.
 struct Character {
   std::string name;

@@ -141,9 +141,10 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   for (std::uint32_t i = 0; i < found.size; ++i) {
     TilePair& pair = found.data[i];
     if (frame.report == Report::kInContact) pair.lanes &= ~(touched >> kLanes);  // they are answered
-    const std::uint32_t untested = pair.lanes & ~(pair.lanes >> kLanes);
-    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-      if (untested >> lane & 1) tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
+    for (std::uint32_t untested = pair.lanes & ~(pair.lanes >> kLanes) & 0xffff; untested; untested &= untested - 1) {
+      const std::uint32_t lane = lowest_bit(untested);
+      tester.add(candidates[lane], pair.a, pair.b, kLanes * i + lane);
+    }
   }
   tester.finish();
   for (TilePair& pair : found) {

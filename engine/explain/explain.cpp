@@ -7,6 +7,8 @@
 #include "kernels/float_mode.h"
 #include "kernels/pose_link.h"
 
+#include <cab/kinematics.h>
+
 #include <cmath>
 #include <limits>
 
@@ -84,6 +86,7 @@ class JobSearch {
       }
       case Status::kStaticInput: return text_.add(" is of static bodies and has more than a batch and layers");
       case Status::kBadPoses: return describe_poses(input.poses, batch.articulation->link_count);
+      case Status::kBadStates: return describe_states(input, batch, n);
       case Status::kBadCount: return text_.add(".count is %u of %u", input.count, batch.capacity);
       case Status::kBadInstances: return describe_instances(batch, input.instances, n);
       case Status::kBadOrigins:
@@ -108,6 +111,10 @@ class JobSearch {
       case Status::kBadBounds:
         if (has_size(".bounds", input.bounds, 6, n, batch)) name_number(".bounds", input.bounds, 6, input, n);
         return;
+      case Status::kNoLinks:
+      case Status::kTooManyLinks:
+      case Status::kBadParent:
+      case Status::kBadJoint: return text_.add(".states.kinematics is refused: %s", to_string(status));
       default: return;
     }
   }
@@ -134,6 +141,17 @@ class JobSearch {
       return text_.add(".poses.link_stride is %zu, for poses of %zu bytes", link_stride, pose_bytes);
     text_.add(".poses.instance_stride is %zu, for %zu links of %zu bytes", poses.instance_stride, link_count,
               link_stride);
+  }
+
+  void describe_states(const BatchInput& input, const InstanceBatch& batch, std::size_t n) {
+    const JointStates& states = input.states;
+    const std::size_t links = states.kinematics->link_parents.size, values = n * states.kinematics->variable_count;
+    if (batch.kind != BatchKind::kSequence) return text_.add(".states is given for characters");
+    if (links != batch.articulation->link_count)
+      return text_.add(".states.kinematics has %zu links, the batch %u", links, batch.articulation->link_count);
+    if (states.values.size < values || (values && !states.values.data))
+      return text_.add(".states.values has %zu numbers, not %zu", states.values.data ? states.values.size : 0, values);
+    text_.add(".states.poses is not what .poses names, as quaternions and translations without gaps");
   }
 
   void describe_instances(const InstanceBatch& batch, Span<const std::uint32_t> listed, std::size_t n) {

@@ -2,11 +2,13 @@
 #include "engine/frame/sequences.h"
 
 #include "engine/session/worker.h"
+#include "engine/states/link_poses.h"
 #include "engine/step/in_contact.h"
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
 #include "kernels/descend_tiles.h"
 #include "kernels/round_leaves.h"
+#include "layout/compiler.h"
 
 #include <algorithm>
 
@@ -161,17 +163,20 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
     else
       find_tile_pairs(frame, tiles, lanes, worker);
   }
+  if (worker.pairs.tile_found.empty()) return;
   const Timed timed(worker.stats.seconds_query);
   if (frame.policies.exact == Exact::kConvex) {
     Candidate candidates[kLanes];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
     keep_touching_lanes(frame, candidates, worker.pairs.tile_found, worker.exact, worker.stats);
   }
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+  std::uint32_t touching = 0;
+  for (const TilePair& pair : worker.pairs.tile_found) touching |= pair.lanes & 0xffff;
+  for (; touching; touching &= touching - 1) {
+    const std::uint32_t lane = lowest_bit(touching);
     worker.pairs.found.clear();
     for (const TilePair& pair : worker.pairs.tile_found)
       if (pair.lanes >> lane & 1) worker.pairs.found.push({lane, pair.a, pair.b});
-    if (worker.pairs.found.empty()) continue;
     report_candidate(frame, tiles.candidate(lane), {worker.pairs.found.data, worker.pairs.found.size}, worker.hits,
                      worker.stats, sink);
   }
@@ -189,6 +194,7 @@ std::uint32_t pose_round_tile(const FrameContext& frame, const StoredBatch& stor
   kernel::point_lanes(pose_of(batch, instances.instance[0]), batch.instance_stride / sizeof(float), instances.count,
                       args.poses);
   args.link_stride = batch.link_stride / sizeof(float);
+  args.links = batch.by_states ? scratch.links.data : nullptr;
   args.tiles = scratch.round.data + batch.worker_nodes;
   if (!frame.kernels.pose_round(args)) return 0;
   const Span<std::uint8_t> flags = batch.input->flags;
@@ -206,6 +212,7 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
     if (batch.kind != BatchKind::kSequence || own_tile >= tile_count(batch.instance_count)) continue;
     if (batch.is_round && tile != own_tile) continue;  // it is paired with itself alone
     const Timed timed(worker.stats.seconds_update);
+    if (batch.by_states) pose_states(frame, batch, own_tile, worker.pose);
     if (batch.is_round)
       if (const std::uint32_t live = pose_round_tile(frame, *frame.batches[index], own_tile, worker.pose); live != 0) {
         worker.pairs.live[index] = live;
@@ -244,6 +251,10 @@ std::uint32_t begin_sequences(FrameRun& run) {
     if (InstanceBatch& batch = run.engine.batch(input.batch); batch.kind == BatchKind::kSequence) {
       tiles = std::max(tiles, tile_count(batch.instance_count));
       batch.is_round = is_tested_round(run.job, *run.sequences, input);
+      batch.by_states = input.states.kinematics && batch.instance_count > 1;
+      // All tiles read a table.
+      if (input.states.kinematics && batch.instance_count == 1)
+        pose_states(*run.sequences, batch, 0, run.worker(0).pose);
     }
   if (tiles == 0) return 0;
   run.sink.sorted = false;

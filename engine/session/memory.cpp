@@ -48,6 +48,7 @@ MemoryNeeds needs_of(const Engine& engine) {
     extremes.add(*batch.articulation, needs);
     if (batch.kind == BatchKind::kSequence) {
       sequence_nodes += posed_articulation(*batch.articulation).node_count;
+      needs.sequence_links = std::max<std::size_t>(needs.sequence_links, batch.articulation->link_count);
       has_round = has_round || !slot->convex_shapes->round.leaves.empty();
     } else {
       needs.character_instances += batch.capacity;
@@ -62,12 +63,20 @@ MemoryNeeds needs_of(const Engine& engine) {
   return needs;
 }
 
-constexpr std::size_t MemoryNeeds::*kCounts[] = {
-    &MemoryNeeds::nodes,           &MemoryNeeds::round_nodes,        &MemoryNeeds::joints,
-    &MemoryNeeds::depth,           &MemoryNeeds::leaf_pairs,         &MemoryNeeds::character_instances,
-    &MemoryNeeds::character_nodes, &MemoryNeeds::leaf_bounds_floats, &MemoryNeeds::character_tiles,
-    &MemoryNeeds::batch_slots,     &MemoryNeeds::crowd_words,        &MemoryNeeds::hits,
-    &MemoryNeeds::queries};
+constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
+                                                 &MemoryNeeds::round_nodes,
+                                                 &MemoryNeeds::joints,
+                                                 &MemoryNeeds::sequence_links,
+                                                 &MemoryNeeds::depth,
+                                                 &MemoryNeeds::leaf_pairs,
+                                                 &MemoryNeeds::character_instances,
+                                                 &MemoryNeeds::character_nodes,
+                                                 &MemoryNeeds::leaf_bounds_floats,
+                                                 &MemoryNeeds::character_tiles,
+                                                 &MemoryNeeds::batch_slots,
+                                                 &MemoryNeeds::crowd_words,
+                                                 &MemoryNeeds::hits,
+                                                 &MemoryNeeds::queries};
 
 // The larger of each pair of counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
@@ -122,6 +131,9 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   size_for_reads(worker, needs);
   Arena& arena = worker.arena;
   worker.pose.round = arena.allocate<RoundTile>(needs.round_nodes);
+  worker.pose.states = arena.allocate<double>(7 * kLanes * needs.sequence_links);
+  worker.pose.state_poses = arena.allocate<float>(7 * kLanes * needs.sequence_links);
+  worker.pose.links = arena.allocate<kernel::RawPoses>(needs.sequence_links);
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);

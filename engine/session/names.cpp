@@ -62,6 +62,8 @@ const char* to_string(Status status) noexcept {
     case Status::kBatchGivenTwice: return "inputs holds the same batch twice";
     case Status::kBadPoses:
       return "poses has no data, an unknown format, or a stride that is too small or not a multiple of 4";
+    case Status::kBadStates:
+      return "states must be of a sequence, with enough values, and made into the poses of the input";
     case Status::kStaticInput:
       return "a batch of static bodies takes nothing that says where instances are or how they move";
     case Status::kBadOrigins: return "origins must be empty or hold three finite doubles per instance";

@@ -2,6 +2,7 @@
 #include "engine/session/validate.h"
 
 #include "engine/exact/exact.h"
+#include "engine/states/link_poses.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>
@@ -53,7 +54,7 @@ bool are_margins(const InstanceBatch& batch) {
 // Whether an input has what only characters and sequences take.
 bool has_poses(const BatchInput& input) {
   return input.poses.data || input.origins.size || input.orientations.size || input.scales.size || input.moved.size ||
-         input.margins.size || input.bounds.size;
+         input.margins.size || input.bounds.size || input.states.kinematics;
 }
 
 // Whether the bounds of all given instances are finite, with upper sides that are not below the lower ones.
@@ -64,6 +65,21 @@ bool have_sides(const InstanceBatch& batch) {
       if (!(std::fabs(at[c]) <= kMaxCoordinate && at[c] <= at[3 + c] && at[3 + c] <= kMaxCoordinate)) return false;
   }
   return true;
+}
+
+// Checks the joint states of an input whose poses are valid. count: of its instances.
+Status validate_states(const BatchInput& input, const InstanceBatch& batch, std::size_t count) {
+  const KinematicsDesc& kinematics = *input.states.kinematics;
+  if (batch.kind != BatchKind::kSequence) return Status::kBadStates;
+  if (const Status status = validate_kinematics(kinematics); status != Status::kOk) return status;
+  const std::size_t links = batch.articulation->link_count, numbers = count * kinematics.variable_count;
+  const Span<const double> values = input.states.values;
+  const bool fits = kinematics.link_parents.size == links && values.size >= numbers && (numbers == 0 || values.data);
+  const bool own_poses = input.poses.data == input.states.poses &&
+                         input.poses.format == PoseFormat::kQuaternionTranslation &&
+                         link_bytes(input.poses) == 7 * sizeof(float) &&
+                         instance_bytes(input.poses, batch.articulation->link_count) == 7 * sizeof(float) * links;
+  return fits && own_poses ? Status::kOk : Status::kBadStates;
 }
 
 }  // namespace
@@ -93,6 +109,8 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most) return Status::kBadCount;
+  if (input.states.kinematics)
+    if (const Status status = validate_states(input, batch, n); status != Status::kOk) return status;
   // Whether an array is empty, or has data and `per_instance` entries for each instance.
   const auto fits = [=](const auto& span, std::size_t per_instance) {
     return span.empty() || (span.data && span.size >= per_instance * n && span.size <= per_instance * most);

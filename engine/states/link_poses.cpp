@@ -1,8 +1,10 @@
 // compute_link_poses: checks a body's joints, and poses its states sixteen at a time.
-#include "kernels/link_poses.h"
+#include "engine/states/link_poses.h"
+
 #include "engine/session/call.h"
 #include "kernels/find_kernels.h"
 #include "kernels/float_mode.h"
+#include "kernels/link_poses.h"
 #include "layout/arena.h"
 
 #include <cab/cab.h>
@@ -34,7 +36,9 @@ bool is_valid(const JointDesc& joint, std::uint32_t variable_count) {
          are_finite(joint.anchor, 3) && std::isfinite(joint.multiplier) && std::isfinite(joint.offset);
 }
 
-Status validate(const KinematicsDesc& desc) {
+}  // namespace
+
+Status validate_kinematics(const KinematicsDesc& desc) {
   const std::size_t count = desc.link_parents.size;
   if (count == 0) return Status::kNoLinks;
   if (count > kMaxLinks) return Status::kTooManyLinks;
@@ -53,24 +57,33 @@ Status validate(const KinematicsDesc& desc) {
   return Status::kOk;
 }
 
-}  // namespace
+void pose_states(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t tile, PoseScratch& scratch) {
+  const JointStates& states = batch.input->states;
+  const std::uint32_t first = tile * kLanes;
+  frame.kernels.pose_states(
+      {*states.kinematics, states.values.data + std::size_t{first} * states.kinematics->variable_count,
+       std::min(kLanes, batch.instance_count - first), scratch.states.data, scratch.state_poses.data,
+       scratch.links.data, states.poses + std::size_t{first} * 7 * batch.articulation->link_count});
+}
 
 Status compute_link_poses(const KinematicsDesc& desc, Span<const double> states, Isa isa, Span<float> poses) noexcept {
   return guarded([&] {
     const kernel::KernelTable* const kernels = kernel::find_kernels(isa);
     if (!kernels) return Status::kIsaNotAvailable;
-    if (const Status status = validate(desc); status != Status::kOk) return status;
+    if (const Status status = validate_kinematics(desc); status != Status::kOk) return status;
     const std::size_t floats = 7 * desc.link_parents.size, count = poses.size / floats;
     if (poses.size % floats != 0 || states.size != count * desc.variable_count || (poses.size && !poses.data) ||
         (states.size && !states.data))
       return Status::kBadOutput;
     const kernel::FloatMode mode;
     Arena arena(default_allocator());
-    const Span<double> links = arena.allocate<double>(7 * kLanes * desc.link_parents.size);
+    const Span<double> scratch = arena.allocate<double>(7 * kLanes * desc.link_parents.size);
+    const Span<float> block = arena.allocate<float>(kLanes * floats);
+    const Span<kernel::RawPoses> links = arena.allocate<kernel::RawPoses>(desc.link_parents.size);
     for (std::size_t first = 0; first < count; first += kLanes) {
       const auto tile = static_cast<std::uint32_t>(std::min<std::size_t>(kLanes, count - first));
-      kernels->pose_states(
-          {desc, states.data + first * desc.variable_count, tile, links.data, poses.data + first * floats});
+      kernels->pose_states({desc, states.data + first * desc.variable_count, tile, scratch.data, block.data, links.data,
+                            poses.data + first * floats});
     }
     return Status::kOk;
   });

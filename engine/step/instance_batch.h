@@ -70,6 +70,7 @@ struct BoundInput {
   const Articulation* active = nullptr;
   bool by_words = false;         // its leaves are paired by compact words (engine/frame/characters.h)
   bool is_round = false;         // a sequence whose links are paired as balls and capsules (engine/frame/sequences.h)
+  bool by_states = false;        // a sequence whose poses are made with each tile, of BatchInput::states
   bool pairs_between = false;    // a rule tests its instances against others
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   bool skips_within = false;     // not those of an instance that rests

@@ -42,6 +42,7 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Pos
   pose.joints = scratch.joints.data;
   pose.motions = frame.policies.refit == Refit::kAabbVertices ? scratch.motions.data : nullptr;
   pose.flags = flags;
+  if (batch.by_states) pose.links = scratch.links.data;
   const bool of_links = batch.active != batch.articulation;
   if (of_links) pose.range = kLinkRange * kMaxCoordinate;
   if (of_links || is_reach_lod(*batch.articulation)) pose.pads = kLinkPads;

@@ -25,19 +25,6 @@ std::vector<std::uint32_t> joints_by_name(const Skeleton& skeleton, const std::v
   return joints;
 }
 
-// Leaves that own their memory.
-std::vector<BodyLeaf> copied(Span<const Leaf> leaves) {
-  std::vector<BodyLeaf> bodies;
-  for (const Leaf& leaf : leaves) {
-    bodies.push_back({leaf.link, leaf.box, {}});
-    for (const ConvexPart& part : leaf.parts) {
-      bodies.back().parts.push_back({part, {part.vertices.begin(), part.vertices.end()}});
-      bodies.back().parts.back().shape.vertices = {};
-    }
-  }
-  return bodies;
-}
-
 std::string coverage_note(const rig::Coverage& coverage, const Skeleton& skeleton) {
   char text[256];
   std::snprintf(text, sizeof text, "%.2f %% of the surface inside the bodies, worst protrusion %.2f cm",

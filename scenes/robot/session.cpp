@@ -33,6 +33,10 @@ RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, con
   auto bad_leaf = static_cast<std::uint32_t>(robot.leaf_sources.size());
   const Status status = checker_.set_robot(articulation, kinematics_.desc(), &bad_leaf);
   require(status, source_of(robot, bad_leaf));
+  if (!options.padding.empty()) {
+    const Status padded = checker_.set_padding(articulation, options.padding, &bad_leaf);
+    require(padded, source_of(robot, bad_leaf));
+  }
   for (const Robot& body : options.around) {
     const ArticulationStorage fixed(body.body);
     const Kinematics joints(body);
@@ -56,7 +60,7 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
   FrameStats sum;
   World& world = checker_.world();
   std::vector<double> values;
-  std::vector<Hit> named;
+  std::vector<Hit> hits, named;
   std::vector<Contact> contacts;
   const std::size_t variables = robot_.variables.size();
   for (std::uint64_t first = 0; first < states.count; first += checker_.chunk()) {
@@ -74,7 +78,10 @@ FrameStats RobotSession::run(const StateSource& states, const std::vector<LinkPa
             {slot, s, slot, s, static_cast<std::uint16_t>(pair.a), static_cast<std::uint16_t>(pair.b), 0, 0});
     contacts.resize(named.size());
     if (!named.empty()) require(compute_contacts(world.engine(), world.inputs(), named, contacts), robot_.body.name);
-    on_chunk({first, count, world.hits(), contacts});
+    // Those of links with padding come after all others.
+    hits.assign(world.hits().begin(), world.hits().end());
+    std::stable_sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.instance_a < b.instance_a; });
+    on_chunk({first, count, hits, contacts});
   }
   return sum;
 }

@@ -21,7 +21,7 @@ struct StateSource {
 struct StateChunk {
   std::uint64_t first = 0;
   std::uint32_t count = 0;
-  Span<const Hit> hits;          // instance_a counts states from `first`; sorted
+  Span<const Hit> hits;          // instance_a counts states from `first`; sorted by it
   Span<const Contact> contacts;  // [state][pair] of the named pairs
 };
 
@@ -31,6 +31,9 @@ struct RobotSessionOptions {
   Policies policies;
   float margin = 0;          // metres
   Span<const Robot> around;  // what stands around, each at rest
+  // One length per link, in metres, by which it grows against what stands around (CollisionChecker::set_padding).
+  // Empty: none.
+  Span<const float> padding = {};
 };
 
 // States run in chunks, so memory stays bounded however many there are.

@@ -10,8 +10,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <vector>
 
 namespace cab::tests {
@@ -73,6 +75,42 @@ Rig random_fixed(Random& random, std::vector<float>& poses) {
   }
   return rig;
 }
+
+// A jointed robot whose leaves have exact shapes in their boxes: balls and capsules alone, or all kinds.
+struct ShapedRig {
+  JointedRig rig;
+  std::vector<ConvexPart> parts;
+  std::vector<std::vector<float>> vertices;
+
+  ShapedRig(Random& random, bool is_round) : rig(random_jointed_rig(random, 7, 2, 0.4)) {
+    std::vector<Leaf>& leaves = rig.rig.leaves;
+    parts.resize(leaves.size());
+    vertices.resize(leaves.size());
+    for (std::size_t l = 0; l < leaves.size(); ++l) {
+      const Box& box = leaves[l].box;
+      ConvexPart& part = parts[l];
+      const float least = std::min({box.half[0], box.half[1], box.half[2]});
+      std::copy_n(box.center, 3, part.position);
+      std::fill_n(part.size, 3, 0.5f * least);  // which no kind needs more than the box has
+      const unsigned kind = random.index(is_round ? 2 : 5);
+      if (kind == 4) continue;  // the box itself
+      part.kind = kind == 0   ? ShapeKind::kSphere
+                  : kind == 1 ? ShapeKind::kCapsule
+                  : kind == 2 ? ShapeKind::kCylinder
+                              : ShapeKind::kConvexHull;
+      for (int v = 0; v < 12 && kind == 3; ++v) {
+        float at[3] = {0, 0, 0};
+        for (int k = 0; k < 3; ++k) {
+          const auto along = static_cast<float>(random.uniform(-0.99, 0.99)) * box.half[k];
+          for (int c = 0; c < 3; ++c) at[c] += along * box.axis[k][c];
+        }
+        vertices[l].insert(vertices[l].end(), at, at + 3);
+      }
+      part.vertices = vertices[l];
+      leaves[l].parts = {&part, 1};
+    }
+  }
+};
 
 // Refuses what has one link with a box.
 struct Plain {
@@ -238,6 +276,181 @@ TEST_CASE("points are what bodies of one ball are, in every answer") {
   CHECK(colliding > least_count(200, 25));
   CHECK(free > least_count(50, 25));
   CHECK(hit_points > least_count(100, 25));
+}
+
+TEST_CASE("links with padding touch what stands around where plain ones come as near, and each other as before") {
+  std::size_t near = 0, apart = 0, own = 0, free_ways = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(40); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const bool is_round = seed % 2 == 0;
+    const ShapedRig robot(random, is_round);
+    const std::size_t links = robot.rig.body.parents.size(), variables = robot.rig.body.variable_count;
+    const std::vector<double> states = random_states(random, robot.rig, 64);
+    std::vector<float> padding, poses, points;
+    for (std::size_t l = 0; l < links; ++l)
+      padding.push_back(random.chance(0.3) ? 0.0f : static_cast<float>(random.log_uniform(0.01, 0.3)));
+    const float largest = *std::max_element(padding.begin(), padding.end());
+    const Rig around = random_fixed(random, poses);
+    for (int i = 0; i < 30; ++i) points.push_back(static_cast<float>(random.normal()));
+    CollisionChecker checker, plain;
+    for (CollisionChecker* one : {&checker, &plain}) {
+      REQUIRE(one->set_robot(robot.rig.rig.desc(), robot.rig.body.desc()) == Status::kOk);
+      if (one == &checker) REQUIRE(one->set_padding(robot.rig.rig.desc(), padding) == Status::kOk);
+      if (seed % 3 == 0) REQUIRE(one->add_points(points, 0.05f) == Status::kOk);
+      REQUIRE(one->add_fixed(around.desc(), poses) == Status::kOk);
+      if (seed % 3 == 1) REQUIRE(one->add_points(points, 0.05f) == Status::kOk);
+      one->world().want_contacts();
+    }
+    // State, link, what it touches and which link or point of it, with the distance.
+    using Pair = std::array<std::int64_t, 4>;
+    const auto pairs_of = [&](CollisionChecker& of, float margin) {
+      std::map<Pair, double> out;
+      of.world().job().margin = margin;
+      REQUIRE(of.find_hits(states, 64) == Status::kOk);
+      of.world().job().margin = 0;
+      for (std::size_t h = 0; h < of.world().hits().size; ++h) {
+        const Hit& hit = of.world().hits()[h];
+        const std::int32_t fixed = of.fixed_of(hit);
+        const bool is_point = fixed >= 0 && fixed == (seed % 3 == 0 ? 0 : 1);
+        out[{hit.instance_a, hit.link_a, fixed, is_point ? hit.instance_b : hit.link_b}] =
+            -double{of.world().contacts()[h].depth};
+      }
+      return out;
+    };
+    const std::map<Pair, double> padded = pairs_of(checker, 0), touching = pairs_of(plain, 0),
+                                 within = pairs_of(plain, 1.8f * largest);
+    std::vector<StateAnswer> answers(64), expected(64, StateAnswer::kFree);
+    std::vector<double> nearest(64, std::numeric_limits<double>::infinity());
+    for (const auto& [pair, distance] : padded) expected[static_cast<std::size_t>(pair[0])] = StateAnswer::kColliding;
+    REQUIRE(checker.check(states, answers) == Status::kOk);
+    CHECK(answers == expected);
+
+    for (const auto& [pair, distance] : touching)
+      if (pair[2] < 0) {
+        ++own;
+        REQUIRE(padded.count(pair) == 1);
+        CHECK(padded.at(pair) == distance);
+      }
+    for (const auto& [pair, distance] : within) {
+      const double by = pair[2] < 0 ? 0 : padding[static_cast<std::size_t>(pair[1])];
+      double& least = nearest[static_cast<std::size_t>(pair[0])];
+      least = std::min(least, distance - by);
+      if (pair[2] < 0) continue;
+      if (distance <= by - 1e-6) {
+        near += distance > 0;
+        REQUIRE(padded.count(pair) == 1);
+        CHECK(padded.at(pair) <= distance - by + 1e-5);
+      } else if (distance > by * (is_round ? 1 : 1.74) + 1e-5) {
+        ++apart;
+        CHECK(padded.count(pair) == 0);
+      }
+    }
+    for (const auto& [pair, distance] : padded) {
+      CHECK(within.count(pair) == 1);
+      if (pair[2] < 0) CHECK(touching.count(pair) == 1);
+    }
+    if (is_round) {
+      std::vector<NearestLinks> found(64);
+      REQUIRE(checker.find_nearest(states, found, 0.5f * largest) == Status::kOk);
+      for (std::size_t i = 0; i < 64; ++i)
+        if (nearest[i] <= 0.5 * double{largest} - 1e-5)
+          CHECK(double{found[i].distance} == doctest::Approx(nearest[i]).epsilon(1e-4).scale(1));
+    }
+    // Ways that are called free: 17 states on each.
+    std::vector<MotionAnswer> ways(32);
+    MotionSearch search;
+    REQUIRE(checker.check_motions({states.data(), 32 * variables}, {states.data() + 32 * variables, 32 * variables},
+                                  ways, search) == Status::kOk);
+    for (std::size_t w = 0; w < 32; ++w) {
+      if (ways[w] != MotionAnswer::kFree) continue;
+      ++free_ways;
+      std::vector<double> between;
+      for (int i = 0; i <= 16; ++i)
+        for (std::size_t v = w * variables; v < (w + 1) * variables; ++v)
+          between.push_back(states[v] + i / 16. * (states[v + 32 * variables] - states[v]));
+      std::vector<StateAnswer> on_way(17);
+      REQUIRE(checker.check(between, on_way) == Status::kOk);
+      CHECK(std::count(on_way.begin(), on_way.end(), StateAnswer::kFree) == 17);
+    }
+  }
+  CHECK(near > least_count(60, 40));
+  CHECK(apart > least_count(200, 40));
+  CHECK(own > least_count(50, 40));
+  CHECK(free_ways > least_count(50, 40));
+}
+
+TEST_CASE(
+    "a motion in which a padded corner just passes a ball is not free, and a pose that only padding masks is told") {
+  Plain plain;
+  plain.body.links[0].joint_count = 1;
+  plain.body.joints.resize(1);
+  plain.leaf.box = axis_aligned_box({0, 0, 0}, {.05f, .05f, .05f});
+  // The corner, 1.485 from the axis, meets the ball in the middle of a quarter turn, within 1e-4 radians.
+  CollisionChecker turning;
+  const float padding = 1, radius = 0.05f;
+  REQUIRE(turning.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  REQUIRE(turning.set_padding(plain.desc, {&padding, 1}) == Status::kOk);
+  const ConvexPart ball = {ShapeKind::kSphere, {0, 0, 0}, {0, 0, 0, 1}, {radius, 0, 0}, {}};
+  const Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {radius, radius, radius}), {&ball, 1}};
+  ArticulationDesc one_ball;
+  one_ball.link_parents = kOneLink;
+  one_ball.leaves = {&leaf, 1};
+  const float pose[] = {0, 0, 0, 1, 0, static_cast<float>(1.05 * std::sqrt(2.) + 0.05 - 1e-4), 0};
+  REQUIRE(turning.add_fixed(one_ball, pose) == Status::kOk);
+  const double from = 0, to = std::acos(0.);
+  MotionAnswer answer = MotionAnswer::kFree;
+  MotionSearch search;
+  REQUIRE(turning.check_motions({&from, 1}, {&to, 1}, {&answer, 1}, search) == Status::kOk);
+  CHECK(answer != MotionAnswer::kFree);
+
+  plain.body.joints[0].kind = JointKind::kPrismatic;
+  CollisionChecker sliding;
+  const float large = 9e17f;
+  REQUIRE(sliding.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  REQUIRE(sliding.set_padding(plain.desc, {&large, 1}) == Status::kOk);
+  REQUIRE(sliding.add_fixed(one_ball, pose) == Status::kOk);
+  StateAnswer state = StateAnswer::kNotTested;
+  REQUIRE(sliding.check({&from, 1}, {&state, 1}) == Status::kOk);
+  CHECK(state == StateAnswer::kColliding);
+  sliding.world().job().margin = 5e17f;
+  REQUIRE(sliding.check({&from, 1}, {&state, 1}) == Status::kOk);
+  CHECK(state == StateAnswer::kNotTested);
+}
+
+TEST_CASE("padding is set once, after the robot and before what stands around, by one length per link") {
+  const Plain plain;
+  CollisionChecker checker;
+  const float padding[] = {0.25f, 0.25f}, negative = -1;
+  const Span<const float> one = {padding, 1};
+  CHECK(checker.set_padding(plain.desc, one) == Status::kUnknownBatch);
+  REQUIRE(checker.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  CHECK(checker.set_padding(plain.desc, padding) == Status::kBadMargin);
+  CHECK(checker.set_padding(plain.desc, {&negative, 1}) == Status::kBadMargin);
+  CHECK(checker.set_padding(plain.desc, {}) == Status::kBadMargin);
+  const std::int32_t parents[] = {-1, 0};
+  ArticulationDesc other = plain.desc;
+  other.link_parents = parents;
+  CHECK(checker.set_padding(other, padding) == Status::kBadJoint);
+  ArticulationDesc bad = plain.desc;
+  Leaf leaf = plain.leaf;
+  leaf.box.center[0] = std::numeric_limits<float>::quiet_NaN();
+  bad.leaves = {&leaf, 1};
+  std::uint32_t bad_leaf = 7;
+  CHECK(checker.set_padding(bad, one, &bad_leaf) == Status::kBadLeafBox);
+  CHECK(bad_leaf == 0);
+  REQUIRE(checker.set_padding(plain.desc, one) == Status::kOk);
+  CHECK(checker.set_padding(plain.desc, one) == Status::kBatchGivenTwice);
+  const float pose[] = {0, 0, 0, 1, 0, 0, 1.2f};
+  REQUIRE(checker.add_fixed(plain.desc, pose) == Status::kOk);
+  const double state = 0;
+  StateAnswer answer = StateAnswer::kNotTested;
+  REQUIRE(checker.check({&state, 1}, {&answer, 1}) == Status::kOk);
+  CHECK(answer == StateAnswer::kColliding);
+  CollisionChecker late;
+  REQUIRE(late.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
+  REQUIRE(late.add_fixed(plain.desc, pose) == Status::kOk);
+  CHECK(late.set_padding(plain.desc, one) == Status::kBatchGivenTwice);
 }
 
 TEST_CASE("points that are none are refused, and answers stay as they were") {

@@ -168,15 +168,21 @@ TEST_CASE("every link of a random body stands where products of matrices put it,
     const Body body = random_joints(random, 12);
     std::vector<double> state(body.variable_count);
     for (double& x : state) x = random.chance(0.1) ? 0 : random.uniform(-4, 4);
-    std::vector<double> links(7 * kLanes * body.links.size() + 8);
-    double* const aligned = links.data() + (8 - reinterpret_cast<std::uintptr_t>(links.data()) / 8 % 8) % 8;
-    std::vector<float> poses(7 * body.links.size());
-    kernel::find_kernels(Isa::kScalar)->pose_states({body.desc(), state.data(), 1, aligned, poses.data()});
+    std::vector<double> scratch(7 * kLanes * body.links.size() + 8);
+    double* const aligned = scratch.data() + (8 - reinterpret_cast<std::uintptr_t>(scratch.data()) / 8 % 8) % 8;
+    std::vector<float> poses(7 * body.links.size()), block(kLanes * poses.size());
+    std::vector<kernel::RawPoses> links(body.links.size());
+    const KinematicsDesc desc = body.desc();
+    kernel::find_kernels(Isa::kScalar)
+        ->pose_states({desc, state.data(), 1, aligned, block.data(), links.data(), poses.data()});
     const std::vector<Matrix> right = judge(body, state.data());
     for (std::size_t l = 0; l < body.links.size(); ++l) {
-      const double* const at = aligned + 7 * l;
+      const double* const at = aligned + 7 * kLanes * l;
       worst = std::max(worst, difference({at[0], at[1], at[2], at[3]}, {at[4], at[5], at[6]}, right[l]));
-      for (std::size_t c = 0; c < 7; ++c) CHECK(poses[7 * l + c] == static_cast<float>(at[c]));
+      for (std::size_t c = 0; c < 7; ++c) {
+        CHECK(poses[7 * l + c] == static_cast<float>(at[c]));
+        for (const float lane : links[l].raw[c]) CHECK(lane == poses[7 * l + c]);
+      }
     }
   }
   CAPTURE(worst);

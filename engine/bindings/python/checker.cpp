@@ -48,15 +48,18 @@ EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
 
 class Checker {
  public:
-  // `robot` must outlive this.
+  // `robot` must outlive this. padding: one length per link, or none.
   Checker(const files::Robot& robot, const BodyData& body, const std::string& isa, std::uint32_t thread_count,
-          float margin)
+          float margin, const std::vector<float>& padding)
       : variables_(robot.variables().size), checker_(desc_of(isa, thread_count)) {
     require(checker_.status());
     std::uint32_t bad_leaf = 0;
     const Status status = checker_.set_robot(body.desc(), robot.kinematics(), &bad_leaf);
     require(status, refused(status, bad_leaf));
     checker_.world().job().margin = margin;
+    if (padding.empty()) return;
+    const Status padded = checker_.set_padding(body.desc(), padding, &bad_leaf);
+    require(padded, refused(padded, bad_leaf));
   }
 
   void add_fixed(const BodyData& body, const py::object& poses) {
@@ -204,7 +207,8 @@ void bind_checker(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(NearestLinks, distance, fixed, link_a, link_b, normal, point_a, point_b);
   PYBIND11_NUMPY_DTYPE(Edge, free, colliding, moment);
   py::class_<Checker>(module, "Checker")
-      .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float>(),
+      .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float,
+                    const std::vector<float>&>(),
            py::keep_alive<1, 2>())
       .def("add_fixed", &Checker::add_fixed)
       .def("add_points", &Checker::add_points)

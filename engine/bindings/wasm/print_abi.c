@@ -35,6 +35,11 @@ int main(void) {
   MEMBER(PoseView, instance_stride, "instanceStride", "size", 0);
   MEMBER(PoseView, has_scale, "hasScale", "bool", 0);
   END();
+  STRUCT(JointStates, "false");
+  MEMBER(JointStates, kinematics, "kinematics", "*", 0);
+  MEMBER(JointStates, values, "values", "[f64]", 0);
+  MEMBER(JointStates, poses, "poses", "*", 0);
+  END();
   STRUCT(ConvexPart, "true");
   MEMBER(ConvexPart, kind, "kind", "ShapeKind", 0);
   MEMBER(ConvexPart, position, "position", "f32", 3);
@@ -152,6 +157,7 @@ int main(void) {
   MEMBER(BatchInput, bounds, "bounds", "[f32]", 0);
   MEMBER(BatchInput, margins, "margins", "[f32]", 0);
   MEMBER(BatchInput, moved, "moved", "[u8]", 0);
+  MEMBER(BatchInput, states, "states", "JointStates", 0);
   END();
   STRUCT(PairRule, "true");
   MEMBER(PairRule, a, "a", "BatchId", 0);
@@ -432,6 +438,7 @@ int main(void) {
   printf("    too_many_instances: %d,\n", (int)CAB_STATUS_TOO_MANY_INSTANCES);
   printf("    batch_given_twice: %d,\n", (int)CAB_STATUS_BATCH_GIVEN_TWICE);
   printf("    bad_poses: %d,\n", (int)CAB_STATUS_BAD_POSES);
+  printf("    bad_states: %d,\n", (int)CAB_STATUS_BAD_STATES);
   printf("    static_input: %d,\n", (int)CAB_STATUS_STATIC_INPUT);
   printf("    bad_origins: %d,\n", (int)CAB_STATUS_BAD_ORIGINS);
   printf("    bad_orientations: %d,\n", (int)CAB_STATUS_BAD_ORIENTATIONS);

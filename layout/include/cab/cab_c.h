@@ -46,11 +46,12 @@ extern "C" {
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. cab_add_articulation copies what it keeps.
 // Statuses    "The input statuses" are what a call returns for a cab_BatchInput that it refuses:
-//             CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_COUNT,
-//             CAB_STATUS_BAD_INSTANCES, CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES,
-//             CAB_STATUS_BAD_FLAGS, CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS,
-//             CAB_STATUS_BAD_MARGINS and CAB_STATUS_BAD_MOVED. For a list of inputs, CAB_STATUS_UNKNOWN_BATCH also if
-//             it has a size and no data, and CAB_STATUS_BATCH_GIVEN_TWICE.
+//             CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_STATIC_INPUT, CAB_STATUS_BAD_POSES, CAB_STATUS_BAD_STATES, what
+//             cab_compute_link_poses has for joints, CAB_STATUS_BAD_COUNT, CAB_STATUS_BAD_INSTANCES,
+//             CAB_STATUS_BAD_ORIGINS, CAB_STATUS_BAD_ORIENTATIONS, CAB_STATUS_BAD_SCALES, CAB_STATUS_BAD_FLAGS,
+//             CAB_STATUS_BAD_LAYERS, CAB_STATUS_BAD_IN_CONTACT, CAB_STATUS_BAD_BOUNDS, CAB_STATUS_BAD_MARGINS and
+//             CAB_STATUS_BAD_MOVED. For a list of inputs, CAB_STATUS_UNKNOWN_BATCH also if it has a size and no data,
+//             and CAB_STATUS_BATCH_GIVEN_TWICE.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
 //             earlier frames (but for cab_BatchInput.moved) or the caller's floating-point mode. With CAB_EXACT_FCL,
 //             hits are the same in every run of one build, but another build of FCL may decide otherwise.
@@ -63,6 +64,7 @@ typedef struct cab_BatchId cab_BatchId;
 typedef struct cab_BatchSlot cab_BatchSlot;
 typedef struct cab_Box cab_Box;
 typedef struct cab_PoseView cab_PoseView;
+typedef struct cab_JointStates cab_JointStates;
 typedef struct cab_ConvexPart cab_ConvexPart;
 typedef struct cab_Leaf cab_Leaf;
 typedef struct cab_LinkPair cab_LinkPair;
@@ -113,6 +115,10 @@ typedef struct cab_Version cab_Version;
 typedef struct cab_BuildInfo cab_BuildInfo;
 
 // Borrowed arrays: `size` values from `data` on. data may be null if size is 0.
+typedef struct cab_ConstDoubleSpan {
+  const double* data;  // the first value
+  size_t size;         // how many values
+} cab_ConstDoubleSpan;
 typedef struct cab_ConstFloatSpan {
   const float* data;  // the first value
   size_t size;        // how many values
@@ -145,10 +151,6 @@ typedef struct cab_ConstStaticBodySpan {
   const cab_StaticBody* data;  // the first value
   size_t size;                 // how many values
 } cab_ConstStaticBodySpan;
-typedef struct cab_ConstDoubleSpan {
-  const double* data;  // the first value
-  size_t size;         // how many values
-} cab_ConstDoubleSpan;
 typedef struct cab_Uint8Span {
   uint8_t* data;  // the first value
   size_t size;    // how many values
@@ -402,55 +404,56 @@ enum {
   CAB_STATUS_BATCH_GIVEN_TWICE = 33,  // inputs holds the same batch twice
   // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
   CAB_STATUS_BAD_POSES = 34,
+  CAB_STATUS_BAD_STATES = 35,  // states must be of a sequence, with enough values, and made into the poses of the input
   // a batch of static bodies takes nothing that says where instances are or how they move
-  CAB_STATUS_STATIC_INPUT = 35,
-  CAB_STATUS_BAD_ORIGINS = 36,       // origins must be empty or hold three finite doubles per instance
-  CAB_STATUS_BAD_ORIENTATIONS = 37,  // orientations must be empty or hold four floats per instance
-  CAB_STATUS_BAD_FLAGS = 38,         // flags must be empty or hold one byte per instance
-  CAB_STATUS_BAD_LAYERS = 39,        // layers and layer_masks must each be empty or hold one word per instance
-  CAB_STATUS_BAD_IN_CONTACT = 40,    // in_contact must be empty or hold one byte per instance
+  CAB_STATUS_STATIC_INPUT = 36,
+  CAB_STATUS_BAD_ORIGINS = 37,       // origins must be empty or hold three finite doubles per instance
+  CAB_STATUS_BAD_ORIENTATIONS = 38,  // orientations must be empty or hold four floats per instance
+  CAB_STATUS_BAD_FLAGS = 39,         // flags must be empty or hold one byte per instance
+  CAB_STATUS_BAD_LAYERS = 40,        // layers and layer_masks must each be empty or hold one word per instance
+  CAB_STATUS_BAD_IN_CONTACT = 41,    // in_contact must be empty or hold one byte per instance
   // scales must be empty or hold one float per instance, and be empty if matrices hold scales
-  CAB_STATUS_BAD_SCALES = 41,
-  CAB_STATUS_BAD_COUNT = 42,  // count is above the batch's instance_count
+  CAB_STATUS_BAD_SCALES = 42,
+  CAB_STATUS_BAD_COUNT = 43,  // count is above the batch's instance_count
   // instances must be empty or ascend, below count and instance_count; never of a sequence
-  CAB_STATUS_BAD_INSTANCES = 43,
-  CAB_STATUS_BAD_BOUNDS = 44,  // bounds must be empty or hold six finite floats per instance, none below its lower one
-  CAB_STATUS_BAD_MOVED = 45,   // moved must be empty or hold one byte per instance; never of a sequence
+  CAB_STATUS_BAD_INSTANCES = 44,
+  CAB_STATUS_BAD_BOUNDS = 45,  // bounds must be empty or hold six finite floats per instance, none below its lower one
+  CAB_STATUS_BAD_MOVED = 46,   // moved must be empty or hold one byte per instance; never of a sequence
   // margins must be empty or hold one float per instance, each 0 to 1e18; never of a sequence
-  CAB_STATUS_BAD_MARGINS = 46,
+  CAB_STATUS_BAD_MARGINS = 47,
   // moved is 0 for an instance whose pose, place, scale or layers changed (checked builds only)
-  CAB_STATUS_MOVED_AT_REST = 47,
-  CAB_STATUS_BAD_PAIR_RULE = 48,  // rules names a batch without input, or a pairing that its batches cannot have
-  CAB_STATUS_PAIR_RULE_GIVEN_TWICE = 49,  // rules pairs the same two batches twice in the same way
-  CAB_STATUS_BAD_POLICY = 50,             // policies holds a value that its enumeration lacks
-  CAB_STATUS_EXACT_NOT_BUILT = 51,        // policies asks for an exact test that this build of the library lacks
-  CAB_STATUS_BAD_REPORT = 52,             // report is not a value of Report
-  CAB_STATUS_BAD_MARGIN = 53,             // margin must be finite, not negative and at most 1e18
-  CAB_STATUS_BAD_MIN_DEPTH = 54,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
-  CAB_STATUS_BAD_HIT_BUFFER = 55,  // hits has a size and no data, or contacts is not as long as hits where it must be
-  CAB_STATUS_CONTACTS_NEED_EXACT = 56,  // contacts, distances and min_depth need an exact test, such as convex
-  CAB_STATUS_LOD_WITHOUT_SHAPES = 57,   // an exact test needs shapes, but a batch with input is of a level of nodes
-  CAB_STATUS_BAD_INSTANCE = 58,         // instance is not one of the batch's instances in this call
+  CAB_STATUS_MOVED_AT_REST = 48,
+  CAB_STATUS_BAD_PAIR_RULE = 49,  // rules names a batch without input, or a pairing that its batches cannot have
+  CAB_STATUS_PAIR_RULE_GIVEN_TWICE = 50,  // rules pairs the same two batches twice in the same way
+  CAB_STATUS_BAD_POLICY = 51,             // policies holds a value that its enumeration lacks
+  CAB_STATUS_EXACT_NOT_BUILT = 52,        // policies asks for an exact test that this build of the library lacks
+  CAB_STATUS_BAD_REPORT = 53,             // report is not a value of Report
+  CAB_STATUS_BAD_MARGIN = 54,             // margin must be finite, not negative and at most 1e18
+  CAB_STATUS_BAD_MIN_DEPTH = 55,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
+  CAB_STATUS_BAD_HIT_BUFFER = 56,  // hits has a size and no data, or contacts is not as long as hits where it must be
+  CAB_STATUS_CONTACTS_NEED_EXACT = 57,  // contacts, distances and min_depth need an exact test, such as convex
+  CAB_STATUS_LOD_WITHOUT_SHAPES = 58,   // an exact test needs shapes, but a batch with input is of a level of nodes
+  CAB_STATUS_BAD_INSTANCE = 59,         // instance is not one of the batch's instances in this call
   // pairs names a batch without input, a missing instance, a link without leaves, or a link twice
-  CAB_STATUS_BAD_PAIRS = 59,
-  CAB_STATUS_BAD_RESOLUTION = 60,  // resolution must be above 0, and at most 1e18
-  CAB_STATUS_BAD_OUTPUT = 61,      // an output is null or too small
-  CAB_STATUS_NULL_ARGUMENT = 62,   // a pointer of the C API that must not be null is null
-  CAB_STATUS_HITS_OVERFLOW = 63,   // hits is too small for all hits
-  CAB_STATUS_PAIRS_OVERFLOW = 64,  // pairs is too small for all candidates
-  CAB_STATUS_LINES_OVERFLOW = 65,  // lines is too small for all edges
-  CAB_STATUS_NO_FRAME = 66,        // no frame has begun
-  CAB_STATUS_BAD_TASK = 67,        // task or worker is out of range or in use, or the task has been run before
-  CAB_STATUS_TASKS_LEFT = 68,      // not all tasks have been run
-  CAB_STATUS_UNSORTED_HITS = 69,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
+  CAB_STATUS_BAD_PAIRS = 60,
+  CAB_STATUS_BAD_RESOLUTION = 61,  // resolution must be above 0, and at most 1e18
+  CAB_STATUS_BAD_OUTPUT = 62,      // an output is null or too small
+  CAB_STATUS_NULL_ARGUMENT = 63,   // a pointer of the C API that must not be null is null
+  CAB_STATUS_HITS_OVERFLOW = 64,   // hits is too small for all hits
+  CAB_STATUS_PAIRS_OVERFLOW = 65,  // pairs is too small for all candidates
+  CAB_STATUS_LINES_OVERFLOW = 66,  // lines is too small for all edges
+  CAB_STATUS_NO_FRAME = 67,        // no frame has begun
+  CAB_STATUS_BAD_TASK = 68,        // task or worker is out of range or in use, or the task has been run before
+  CAB_STATUS_TASKS_LEFT = 69,      // not all tasks have been run
+  CAB_STATUS_UNSORTED_HITS = 70,   // a list of hits has a size and no data, or is not in the order of cab_run_frame
   // a query has a value of no enumeration, a number that is not finite or out of range, or no direction
-  CAB_STATUS_BAD_QUERY = 70,
-  CAB_STATUS_NO_QUERY_MEMORY = 71,      // reserve has made no memory for queries
-  CAB_STATUS_BAD_TICKS = 72,            // ticks must be 1 to 65536
-  CAB_STATUS_UNKNOWN_HISTORY = 73,      // the history id is not one of this engine, or is of one that was removed
-  CAB_STATUS_HISTORY_GIVEN_TWICE = 74,  // histories holds two histories of the same batch
-  CAB_STATUS_BAD_TIME = 75,             // a time must be finite, and later than those that the history has
-  CAB_STATUS_BAD_HISTORY_POSES = 76,    // a history takes neither mirrored links nor matrices that hold scales
+  CAB_STATUS_BAD_QUERY = 71,
+  CAB_STATUS_NO_QUERY_MEMORY = 72,      // reserve has made no memory for queries
+  CAB_STATUS_BAD_TICKS = 73,            // ticks must be 1 to 65536
+  CAB_STATUS_UNKNOWN_HISTORY = 74,      // the history id is not one of this engine, or is of one that was removed
+  CAB_STATUS_HISTORY_GIVEN_TWICE = 75,  // histories holds two histories of the same batch
+  CAB_STATUS_BAD_TIME = 76,             // a time must be finite, and later than those that the history has
+  CAB_STATUS_BAD_HISTORY_POSES = 77,    // a history takes neither mirrored links nor matrices that hold scales
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -551,6 +554,21 @@ typedef struct cab_PoseView {
   // shapes, and of its joint. Translations are taken as they are. With matrices only. Default: matrices are rotations.
   bool has_scale;
 } cab_PoseView;
+
+// Joint states, which become the poses of a sequence: cab_run_frame makes those of sixteen states where it tests them,
+// on its threads, as cab_compute_link_poses does.
+typedef struct cab_JointStates {
+  // Of the links of the batch. Borrowed. null (default): there are no states.
+  const cab_KinematicsDesc* kinematics;
+
+  // kinematics->variable_count numbers per instance. Borrowed.
+  cab_ConstDoubleSpan values;
+
+  // Output, which cab_BatchInput.poses must name as CAB_POSE_FORMAT_QUATERNION_TRANSLATION without gaps: 7 floats per
+  // link and instance. Borrowed. All calls but cab_run_frame, cab_begin_frame and cab_end_frame read them, and not the
+  // states.
+  float* poses;
+} cab_JointStates;
 
 // ----------------------------------------------------------------------------------------------------- articulation
 
@@ -918,6 +936,9 @@ typedef struct cab_BatchInput {
   // `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and
   // may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default): all have moved.
   cab_ConstUint8Span moved;
+
+  // What the poses are made of. Sequences only. Default: the poses are the caller's.
+  cab_JointStates states;
 } cab_BatchInput;
 
 // What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.

@@ -2,6 +2,7 @@
 //
 //   cab::CollisionChecker checker;
 //   status = checker.set_robot(body, kinematics);       // such as desc() and kinematics() of cab::files::Robot
+//   status = checker.set_padding(body, lengths);        // if its links are to keep off what stands around
 //   status = checker.add_fixed(table, table_poses);     // as often as there are things around it
 //   status = checker.check(states, answers);            // any number of states, in one call
 //
@@ -11,6 +12,7 @@
 
 #include <cab/distance_gradient.h>
 #include <cab/motion_bound.h>
+#include <cab/padded_leaves.h>
 #include <cab/world.h>
 
 #include <limits>
@@ -79,6 +81,17 @@ class CollisionChecker {
   [[nodiscard]] Status set_robot(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
                                  std::uint32_t* bad_leaf = nullptr) noexcept;
 
+  // Grows the links of the robot by lengths: against all that add_fixed and add_points add, not against each other, as
+  // MoveIt does. Once, after the robot and before all else. desc: that of set_robot. padding: one length for each link,
+  // 0 to kMaxCoordinate, in the robot's unit, beside the margin. What shapes become: PaddedLeaves. Hits, depths,
+  // distances and motions are those of the grown links. If desc is refused, *bad_leaf (may be null) says which leaf.
+  // Cost: the robot is posed twice for each state.
+  // Statuses: kUnknownBatch (there is no robot), kBatchGivenTwice (there is padding, or something around), kBadMargin
+  // (padding is not one such length for each link), kBadJoint (desc has other links than the robot), those of
+  // PaddedLeaves::set, add_articulation and add_batch.
+  [[nodiscard]] Status set_padding(const ArticulationDesc& desc, Span<const float> padding,
+                                   std::uint32_t* bad_leaf = nullptr) noexcept;
+
   // Adds a body that stands still in the robot's frame, after the robot. poses: 7 numbers per link of it
   // (PoseFormat::kQuaternionTranslation), borrowed as `kinematics` is.
   // Statuses: kUnknownBatch (there is no robot), kBadPoses (poses is too short, or no pose), those of add_articulation
@@ -100,7 +113,8 @@ class CollisionChecker {
   [[nodiscard]] Status check(Span<const double> states, Span<StateAnswer> answers) noexcept;
 
   // Finds the touching links of `count` states, at most chunk(). world().hits() has them: instance_a is the number of a
-  // state. After world().want_contacts() there are contacts too.
+  // state. Those of links with padding and those with points come after all others, each sorted by states. After
+  // world().want_contacts() there are contacts too.
   // Statuses: kUnknownBatch (there is no robot), kBadCount (count is above chunk()), kBadOutput (states is not
   // variable_count numbers for each), those of run_frame.
   [[nodiscard]] Status find_hits(Span<const double> states, std::uint32_t count) noexcept;
@@ -132,7 +146,7 @@ class CollisionChecker {
   // robot's.
   std::int32_t fixed_of(const Hit& hit) noexcept {
     const auto number = static_cast<std::int32_t>(world_.input(hit.batch_b) - world_.inputs().data);
-    return number - (number > among_points_ ? 2 : 1);
+    return number == 0 ? -1 : number - (number > among_points_ ? 2 : 1) - (padded_.batch.value ? 1 : 0);
   }
 
   // How many states are tested at a time: 64 to 1024.
@@ -183,10 +197,15 @@ class CollisionChecker {
   Status has_bound_ = Status::kUnknownBatch;  // kOk: motions can be tested; else why not
   bool has_fixed_ = false;
 
-  // The robot once more, as characters, which points are tested against; made by the first add_points.
-  BatchId robot_among_points_;
+  // The robot once more, with the same poses.
+  struct Twin {
+    BatchId batch;
+    std::unique_ptr<std::uint8_t[]> touches, flags;  // of a chunk
+  };
+  Status prepare(Twin& twin) noexcept;
+  Twin padded_;              // with padding, for what is fixed; made by set_padding
+  Twin robot_among_points_;  // as characters, which points are tested against; made by the first add_points
   std::int32_t among_points_ = std::numeric_limits<std::int32_t>::max();  // its place among the inputs
-  std::unique_ptr<std::uint8_t[]> touches_point_;                         // of a chunk
   // Made by the first check_motions.
   std::unique_ptr<Interval[]> intervals_;
   std::unique_ptr<double[]> motion_states_;
@@ -239,6 +258,34 @@ inline Status CollisionChecker::read_bound(const ArticulationDesc& desc) noexcep
   return status == Status::kOk ? bound_.set(desc, kinematics_, {pairs.data, pairs.size}) : status;
 }
 
+// Makes room for what a frame writes about a twin of the robot.
+inline Status CollisionChecker::prepare(Twin& twin) noexcept {
+  twin.touches.reset(new (std::nothrow) std::uint8_t[chunk_]);
+  twin.flags.reset(new (std::nothrow) std::uint8_t[chunk_]);
+  return twin.touches && twin.flags ? Status::kOk : Status::kOutOfMemory;
+}
+
+inline Status CollisionChecker::set_padding(const ArticulationDesc& desc, Span<const float> padding,
+                                            std::uint32_t* bad_leaf) noexcept {
+  if (world_.status() != Status::kOk) return world_.status();
+  if (!robot_.value) return Status::kUnknownBatch;
+  if (world_.inputs().size > 1) return Status::kBatchGivenTwice;
+  if (desc.link_parents.size != kinematics_.link_parents.size) return Status::kBadJoint;
+  if (padding.size != desc.link_parents.size || !padding.data) return Status::kBadMargin;
+  PaddedLeaves padded;
+  Status status = padded.set(desc.leaves, padding);
+  if (status == Status::kOk) status = prepare(padded_);
+  if (status != Status::kOk) return status;
+  const ArticulationDesc grown = {desc.link_parents, desc.link_joints, padded.leaves(), {}};
+  status = world_.add_batch(grown, chunk_, &padded_.batch, bad_leaf, BatchKind::kSequence);
+  if (status != Status::kOk) return status;
+  BatchInput& input = *world_.input(padded_.batch);
+  input.poses.data = poses_.get();
+  input.count = 0;
+  has_bound_ = read_bound(grown);
+  return Status::kOk;
+}
+
 inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<const float> poses,
                                           std::uint32_t* bad_leaf) noexcept {
   if (world_.status() != Status::kOk) return world_.status();
@@ -252,7 +299,7 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   MaskReason reason;
   status = why_masked(world_.engine(), input, 0, &reason);
   if (status == Status::kOk && reason.cause != MaskCause::kNone) status = Status::kBadPoses;
-  if (status == Status::kOk) status = world_.add_rule({robot_, body});
+  if (status == Status::kOk) status = world_.add_rule({padded_.batch.value ? padded_.batch : robot_, body});
   if (status != Status::kOk) (void)world_.remove_batch(body);
   has_fixed_ = has_fixed_ || status == Status::kOk;
   return status;
@@ -277,15 +324,15 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
   }
   if (!(radius > 0)) return Status::kBadShape;
   Status status = Status::kOk;
-  if (!robot_among_points_.value) {
-    touches_point_.reset(new (std::nothrow) std::uint8_t[chunk_]);
-    if (!touches_point_) return Status::kOutOfMemory;
+  if (!robot_among_points_.batch.value) {
     BatchInfo batch;
-    status = batch_info(world_.engine(), robot_, &batch);
+    status = prepare(robot_among_points_);
     if (status == Status::kOk)
-      status = world_.add_batch({batch.articulation, chunk_, BatchKind::kCharacters}, &robot_among_points_);
+      status = batch_info(world_.engine(), padded_.batch.value ? padded_.batch : robot_, &batch);
+    if (status == Status::kOk)
+      status = world_.add_batch({batch.articulation, chunk_, BatchKind::kCharacters}, &robot_among_points_.batch);
     if (status != Status::kOk) return status;
-    BatchInput& input = *world_.input(robot_among_points_);
+    BatchInput& input = *world_.input(robot_among_points_.batch);
     input.poses.data = poses_.get();
     input.count = 0;
     among_points_ = static_cast<std::int32_t>(&input - world_.inputs().data);
@@ -293,7 +340,7 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
   BatchId cloud;
   status = world_.add_static_batch({{bodies.get(), count}, {}, {}}, &cloud);
   if (status != Status::kOk) return status;
-  status = world_.add_rule({robot_among_points_, cloud});
+  status = world_.add_rule({robot_among_points_.batch, cloud});
   if (status != Status::kOk) (void)world_.remove_batch(cloud);
   has_fixed_ = has_fixed_ || status == Status::kOk;
   return status;
@@ -303,25 +350,37 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
 inline Status CollisionChecker::run(Span<const double> states, std::uint32_t count, Report report,
                                     Span<std::uint8_t> in_contact) noexcept {
   flag_count_ = 0;
-  const Span<float> poses = {poses_.get(), 7 * kinematics_.link_parents.size * count};
-  Status status = compute_link_poses(kinematics_, states, engine_isa(world_.engine()), poses);
-  if (status != Status::kOk) return status;
   BatchInput& input = *world_.input(robot_);
   input.count = count;
+  Status status = Status::kOk;
+  if (padded_.batch.value || robot_among_points_.batch.value) {
+    // Other batches have the same poses.
+    status = compute_link_poses(kinematics_, states, engine_isa(world_.engine()),
+                                {poses_.get(), 7 * kinematics_.link_parents.size * count});
+    if (status != Status::kOk) return status;
+  } else {
+    input.states = {&kinematics_, states, poses_.get()};
+  }
   input.flags = {flags_.get(), count};
   input.in_contact = in_contact;
-  BatchInput* const among_points = robot_among_points_.value ? world_.input(robot_among_points_) : nullptr;
-  if (among_points) {
-    among_points->count = count;
-    among_points->in_contact =
-        in_contact.empty() ? Span<std::uint8_t>() : Span<std::uint8_t>(touches_point_.get(), count);
+  for (Twin* const twin : {&padded_, &robot_among_points_}) {
+    if (!twin->batch.value) continue;
+    BatchInput& of = *world_.input(twin->batch);
+    of.count = count;
+    of.flags = {twin->flags.get(), count};
+    of.in_contact = in_contact.empty() ? Span<std::uint8_t>() : Span<std::uint8_t>(twin->touches.get(), count);
   }
   world_.job().report = report;
   status = world_.run();
   input.in_contact = {};
+  input.states = {};
   world_.job().report = Report::kHits;
-  if (among_points && status == Status::kOk)
-    for (std::size_t i = 0; i < in_contact.size; ++i) in_contact[i] |= touches_point_[i];
+  for (const Twin* const twin : {&padded_, &robot_among_points_}) {
+    if (!twin->batch.value || status != Status::kOk) continue;
+    for (std::size_t i = 0; i < in_contact.size; ++i) in_contact[i] |= twin->touches[i];
+    for (std::size_t i = 0; i < count; ++i)
+      if (flags_[i] == kInstanceOk) flags_[i] = twin->flags[i];
+  }
   if (status == Status::kOk) flag_count_ = count;
   return status;
 }
@@ -366,7 +425,7 @@ inline void CollisionChecker::read_nearest(const double* states, const std::uint
     to.distance = -contact.depth;
     to.fixed = fixed_of(hit);
     to.link_a = hit.link_a;
-    to.link_b = hit.batch_a == slot_of(robot_) ? hit.link_b : hit.instance_b;
+    to.link_b = hit.batch_a == slot_of(robot_among_points_.batch) ? hit.instance_b : hit.link_b;
     std::copy_n(contact.normal, 3, to.normal);
     std::copy_n(contact.point_a, 3, to.point_a);
     std::copy_n(contact.point_b, 3, to.point_b);

@@ -20,9 +20,10 @@
 // Ownership   The caller owns every span and pointer; a call borrows them until it returns. What a call writes must not
 //             overlap anything else that it writes or reads. add_articulation copies what it keeps.
 // Statuses    "The input statuses" are what a call returns for a BatchInput that it refuses: Status::kUnknownBatch,
-//             kStaticInput, kBadPoses, kBadCount, kBadInstances, kBadOrigins, kBadOrientations, kBadScales, kBadFlags,
-//             kBadLayers, kBadInContact, kBadBounds, kBadMargins and kBadMoved. For a list of inputs, kUnknownBatch
-//             also if it has a size and no data, and kBatchGivenTwice.
+//             kStaticInput, kBadPoses, kBadStates, what compute_link_poses has for joints, kBadCount, kBadInstances,
+//             kBadOrigins, kBadOrientations, kBadScales, kBadFlags, kBadLayers, kBadInContact, kBadBounds, kBadMargins
+//             and kBadMoved. For a list of inputs, kUnknownBatch also if it has a size and no data, and
+//             kBatchGivenTwice.
 // Same bits   Boxes, hits and their order depend on the input alone, not on the instruction set, the number of threads,
 //             earlier frames (but for BatchInput::moved) or the caller's floating-point mode. With Exact::kFcl, hits
 //             are the same in every run of one build, but another build of FCL may decide otherwise. docs/embedding.md,
@@ -82,6 +83,7 @@ enum class Status : std::int32_t {
   kTooManyInstances,     // instance_count is above 2^24, or the engine would exceed 4096 batches or 2^31 characters
   kBatchGivenTwice,      // inputs holds the same batch twice
   kBadPoses,             // poses has no data, an unknown format, or a stride that is too small or not a multiple of 4
+  kBadStates,            // states must be of a sequence, with enough values, and made into the poses of the input
   kStaticInput,          // a batch of static bodies takes nothing that says where instances are or how they move
   kBadOrigins,           // origins must be empty or hold three finite doubles per instance
   kBadOrientations,      // orientations must be empty or hold four floats per instance
@@ -218,6 +220,22 @@ struct PoseView {
   // kMaxScale. The factor is the length of the first column. It is that of the link's leaves, their boxes and shapes,
   // and of its joint. Translations are taken as they are. With matrices only. Default: matrices are rotations.
   bool has_scale = false;
+};
+
+struct KinematicsDesc;
+
+// Joint states, which become the poses of a sequence: run_frame makes those of sixteen states where it tests them, on
+// its threads, as compute_link_poses does.
+struct JointStates {
+  // Of the links of the batch. Borrowed. null (default): there are no states.
+  const KinematicsDesc* kinematics = nullptr;
+
+  // kinematics->variable_count numbers per instance. Borrowed.
+  Span<const double> values;
+
+  // Output, which BatchInput::poses must name as kQuaternionTranslation without gaps: 7 floats per link and instance.
+  // Borrowed. All calls but run_frame, begin_frame and end_frame read them, and not the states.
+  float* poses = nullptr;
 };
 
 // ----------------------------------------------------------------------------------------------------- articulation
@@ -575,6 +593,9 @@ struct BatchInput {
   // was masked there. A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest.
   // Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
+
+  // What the poses are made of. Sequences only. Default: the poses are the caller's.
+  JointStates states;
 };
 
 // What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.

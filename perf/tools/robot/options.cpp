@@ -47,6 +47,20 @@ std::vector<std::pair<std::string, double>> read_rest(const std::string& text) {
   return values;
 }
 
+// Lengths of links by their names, in metres. A length without a name is that of all links that are not named.
+std::vector<std::pair<std::string, double>> read_padding(const std::string& text) {
+  std::vector<std::pair<std::string, double>> lengths;
+  for (const std::string& part : split_commas(text)) {
+    const std::string wanted = "METRES or LINK=METRES with a number from 0 to 1e6";
+    const bool named = part.find('=') != std::string::npos;
+    const auto [name, number] = named ? read_two("--padding", part, '=', wanted) : std::pair(std::string(), part);
+    double metres = 0;
+    if (!scenes::read_number(number, metres) || !(metres >= 0 && metres <= 1e6)) reject("--padding", part, wanted);
+    lengths.emplace_back(name, metres);
+  }
+  return lengths;
+}
+
 void add_files(CLI::App& command, RobotCommandOptions& o) {
   add_path(command, "FILE", o.file, "robot: URDF or MJCF, as its first element says")->required()->type_name("");
   add_packages(command, o.import);
@@ -138,6 +152,17 @@ Command add_robot(CLI::App& app) {
   command.add_option("--margin", o.margin, "metres that links are apart at least, closer ones touch (default 0)")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 1e6));
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--padding",
+          [&o](const std::vector<std::string>& texts) {
+            for (const std::string& text : texts)
+              for (auto& length : read_padding(text)) o.padding.push_back(std::move(length));
+          },
+          "metres by which links grow against what stands around, not against each other: a number is for all links, "
+          "LINK=METRES for one; needs --around")
+      ->type_name("METRES,LINK=METRES,...")
+      ->allow_extra_args(false);
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);

@@ -25,6 +25,7 @@ struct RobotCommandOptions {
   std::uint32_t seed = 1;
   std::vector<std::string> around;                             // files of robots that stand around, at rest
   double margin = 0;                                           // metres
+  std::vector<std::pair<std::string, double>> padding;         // metres by link; of no name: of all others
   std::vector<std::pair<std::string, std::string>> distances;  // names of links
   Policies policies;
   Isa isa = Isa::kAuto;

@@ -1,10 +1,12 @@
 // `cab robot`: which links of a robot touch each other in random or given states of its joints.
 #include <cab/cab.h>
+#include <cab/padded_leaves.h>
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <limits>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -86,24 +88,44 @@ struct Links {
   }
 };
 
-// The link of a name. It must have a shape.
-std::uint32_t find_link(const scenes::Robot& robot, const std::string& name) {
+// The link of a name that an option gives. It must have a shape.
+std::uint32_t find_link(const scenes::Robot& robot, const std::string& option, const std::string& name) {
   const std::vector<std::string>& names = robot.body.link_names;
   const auto found = std::find(names.begin(), names.end(), name);
   const auto link = static_cast<std::uint32_t>(found - names.begin());
-  if (found == names.end()) throw UsageError("--distance: the robot has no link '" + name + "'");
-  if (!scenes::shaped_links(robot)[link]) throw UsageError("--distance: the link '" + name + "' has no shape");
+  if (found == names.end()) throw UsageError(option + ": the robot has no link '" + name + "'");
+  if (!scenes::shaped_links(robot)[link]) throw UsageError(option + ": the link '" + name + "' has no shape");
   return link;
 }
 
 std::vector<LinkPair> named_pairs(const scenes::Robot& robot, const RobotCommandOptions& options) {
   std::vector<LinkPair> pairs;
   for (const auto& [a, b] : options.distances) {
-    const LinkPair pair = {find_link(robot, a), find_link(robot, b)};
+    const LinkPair pair = {find_link(robot, "--distance", a), find_link(robot, "--distance", b)};
     if (pair.a == pair.b) throw UsageError("--distance: '" + a + "' is named twice; name two links");
     pairs.push_back({std::min(pair.a, pair.b), std::max(pair.a, pair.b)});
   }
   return pairs;
+}
+
+// The lengths of --padding by link, or nothing without that option.
+std::vector<float> padding_of(const scenes::Robot& robot, const RobotCommandOptions& options) {
+  if (options.padding.empty()) return {};
+  if (options.around.empty())
+    throw UsageError("--padding: it is against what stands around; give that by --around, or --margin for all pairs");
+  std::set<std::string> given;
+  std::vector<float> lengths(robot.links.size());
+  for (const bool named : {false, true})
+    for (const auto& [name, metres] : options.padding) {
+      if (name.empty() == named) continue;
+      if (!given.insert(name).second)
+        throw UsageError("--padding: " + (named ? "'" + name + "'" : "a length for all links") + " is given twice");
+      if (named)
+        lengths[find_link(robot, "--padding", name)] = static_cast<float>(metres);
+      else
+        lengths.assign(lengths.size(), static_cast<float>(metres));
+    }
+  return lengths;
 }
 
 // Gives the robot the rest state of --rest.
@@ -379,12 +401,14 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   return json;
 }
 
-// Writes the checked states as frames. All their poses are in memory.
+// Writes the checked states as frames. All their poses are in memory. With padding the grown robot is a character of
+// its own, which is tested against what stands around.
 void write_recording(const RobotCommandOptions& options, const scenes::Robot& robot, std::vector<LinkPair> masked,
-                     const scenes::StateSource& states) {
+                     const scenes::RobotSessionOptions& session, const scenes::StateSource& states) {
   scenes::Scene scene;
   scene.name = robot.body.name;
   scene.frame_count = static_cast<std::uint32_t>(states.count);
+  scene.characters.reserve(2 + session.around.size);
   scenes::Character& body = scene.characters.emplace_back(robot.body);
   body.ignored_pairs = std::move(masked);
   const scenes::Kinematics kinematics(robot);
@@ -392,10 +416,29 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   std::vector<double> values(states.count * robot.variables.size());
   for (std::uint64_t s = 0; s < states.count; ++s) states.fill(s, values.data() + s * robot.variables.size());
   kinematics.write_poses(values, body.poses, options.isa);
+  if (!session.padding.empty()) {
+    scenes::Character grown = body;
+    const scenes::ArticulationStorage storage(body);
+    PaddedLeaves padded;
+    if (padded.set(storage.desc().leaves, session.padding) != Status::kOk) throw std::bad_alloc();
+    grown.name += ", padded";
+    grown.leaves = scenes::copied(padded.leaves());
+    grown.ignored_hops = kMaxLinks;
+    scene.characters.push_back(std::move(grown));
+    for (std::uint32_t b = 0; b < session.around.size; ++b) scene.pairs.push_back({1, 2 + b});
+  }
+  for (const scenes::Robot& around : session.around) {
+    scenes::Character& fixed = scene.characters.emplace_back(around.body);
+    const scenes::Kinematics joints(around);
+    fixed.poses.resize(joints.pose_floats());
+    joints.write_poses(scenes::rest_state(around), fixed.poses, options.isa);
+    fixed.is_static = true;
+  }
   RecordSettings settings;
   settings.path = options.recording.path;
   settings.title = robot.body.name;
   settings.policies = options.policies;
+  settings.margin = session.margin;
   settings.isa = options.isa;
   settings.thread_count = options.thread_count;
   settings.metres_per_unit = 1;
@@ -414,13 +457,12 @@ int robot_command(const RobotCommandOptions& options) {
   for (const std::string& path : {options.srdf_path, options.states_path})
     if (!path.empty()) inputs.push_back(path);
   inputs.insert(inputs.end(), options.around.begin(), options.around.end());
-  if (!options.around.empty() && !options.recording.path.empty())
-    throw UsageError("--record: a recording has no bodies of --around; leave out one of the two");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 inputs);
   OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work
+  const std::vector<float> padding = padding_of(robot, options);
   set_rest(robot, options);
   const std::optional<scenes::SandboxLimits>& sandbox = options.import.sandbox;
   scenes::DisabledPairs disabled;
@@ -447,19 +489,20 @@ int robot_command(const RobotCommandOptions& options) {
     throw UsageError("--record: " + std::to_string(states.count) + " states are too many; at most " +
                      std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
-  scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies, 0, {}};
+  scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies, 0, {}, {}};
   const scenes::Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
   std::vector<LinkPair> masked;
   for (const scenes::DisabledPair& pair : matrix.masked) masked.push_back(pair.links);
   settings.margin = static_cast<float>(options.margin);
   settings.around = around;
+  settings.padding = padding;
   scenes::RobotSession session(robot, masked, settings);
   const RobotTotals totals =
       check_states(session, Links(robot, around), states, options, hits ? &hits.stream() : nullptr);
   if (hits) hits.close();
   print_table(options, robot, session, matrix, totals);
   if (json) write_json(json, to_json(options, robot, session, matrix, totals));
-  if (!options.recording.path.empty()) write_recording(options, robot, std::move(masked), states);
+  if (!options.recording.path.empty()) write_recording(options, robot, std::move(masked), settings, states);
   return 0;
 }
 

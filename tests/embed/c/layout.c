@@ -26,6 +26,10 @@ void print_layout(void) {
   MEMBER(cab_PoseView, link_stride);
   MEMBER(cab_PoseView, instance_stride);
   MEMBER(cab_PoseView, has_scale);
+  TYPE(cab_JointStates);
+  MEMBER(cab_JointStates, kinematics);
+  MEMBER(cab_JointStates, values);
+  MEMBER(cab_JointStates, poses);
   TYPE(cab_ConvexPart);
   MEMBER(cab_ConvexPart, kind);
   MEMBER(cab_ConvexPart, position);
@@ -127,6 +131,7 @@ void print_layout(void) {
   MEMBER(cab_BatchInput, bounds);
   MEMBER(cab_BatchInput, margins);
   MEMBER(cab_BatchInput, moved);
+  MEMBER(cab_BatchInput, states);
   TYPE(cab_PairRule);
   MEMBER(cab_PairRule, a);
   MEMBER(cab_PairRule, b);

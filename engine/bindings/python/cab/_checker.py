@@ -1,6 +1,6 @@
 """Collision checks of robots: which states of the joints collide, and what touches in them."""
 
-from typing import List, Literal, Optional, Tuple, Union, overload
+from typing import List, Literal, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
@@ -26,6 +26,21 @@ NEAREST = np.dtype(
 EDGE = np.dtype({"names": ["free", "colliding", "moment"], "formats": ["?", "?", "f8"], "offsets": [0, 1, 8]})
 
 
+def _padding_of(links: Sequence[str], padding: Union[float, Mapping[str, float]]) -> List[float]:
+    """The length of each link; none if no link has one."""
+    if isinstance(padding, Mapping):
+        for name in padding:
+            if name not in links:
+                raise ValueError(f"padding: the robot has no link {name!r}")
+        lengths = [float(padding.get(name, 0)) for name in links]
+    else:
+        lengths = [float(padding)] * len(links)
+    for name, length in zip(links, lengths):
+        if not 0 <= length <= 1e18:
+            raise ValueError(f"padding: {length} of link {name!r} is not a length from 0 to 1e18 metres")
+    return lengths if any(lengths) else []
+
+
 class CollisionChecker:
     """Which states of a robot collide, with the robot itself and with bodies that stand around it.
 
@@ -33,6 +48,9 @@ class CollisionChecker:
     ignored  (n, 2): pairs of links that are not tested, beside those of `robot.body`. Default: those of
              `robot.allowed_collisions()`.
     margin   metres that links are apart at least; closer ones count as touching.
+    padding  metres by which links grow against what `add_fixed` and `add_points` add, not against each other, as in
+             MoveIt: a number for all links, or numbers by their names, and 0 for others. All calls see grown links:
+             depths and distances too. docs/robots.md says what shapes become.
     threads  how many threads calls run on; 0: all cores.
     isa      the instruction set, one of `cab.isas()`, or "auto".
 
@@ -47,6 +65,7 @@ class CollisionChecker:
         *,
         ignored: Optional[ArrayLike] = None,
         margin: float = 0.0,
+        padding: Union[float, Mapping[str, float]] = 0.0,
         threads: int = 1,
         isa: str = "auto",
     ) -> None:
@@ -54,7 +73,8 @@ class CollisionChecker:
             allowed = robot.allowed_collisions()
             ignored = np.stack((allowed["a"], allowed["b"]), axis=1)
         body = robot.body.ignoring(ignored)
-        self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin)
+        lengths = _padding_of(body.names, padding)
+        self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin, lengths)
         self._variables = len(robot.variables)
         self._links = body.names
         self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all

@@ -77,6 +77,90 @@ def test_fixed_bodies_and_a_margin_count(arm):
     assert near.hits(upright, depths=True)["depth"][0] == pytest.approx(-0.3, abs=1e-4)
 
 
+# Seven joints by turns about z and y, as those of the Panda, with cylinders and balls.
+LENGTHS = [0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.2]
+
+
+def seven_joints(tmp_path):
+    links = ["""<link name="l0"><collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision></link>"""]
+    for i, length in enumerate(LENGTHS):
+        cylinder = f'<origin xyz="0 0 {length / 2}"/><geometry><cylinder radius="0.06" length="{length}"/></geometry>'
+        shape = cylinder if length else '<geometry><sphere radius="0.08"/></geometry>'
+        below = LENGTHS[i - 1] if i else 0.1
+        links.append(
+            f"""<link name="l{i + 1}"><collision>{shape}</collision></link>
+            <joint name="j{i + 1}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>
+            <origin xyz="0 0 {below}"/><axis xyz="{'0 0 1' if i % 2 == 0 else '0 1 0'}"/>
+            <limit lower="-2.8" upper="2.8" effort="1" velocity="1"/></joint>"""
+        )
+    path = tmp_path / "seven.urdf"
+    path.write_text('<robot name="seven">' + "".join(links) + "</robot>")
+    return cab.Robot(path)
+
+
+def test_padding_is_what_distances_of_plain_links_ask_for(tmp_path):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    robot = seven_joints(tmp_path)
+    states = robot.random_states(1000, seed=2)
+    padding = {"l1": 0.03, "l4": 0.05, "l7": 0.1}
+    points = np.random.default_rng(1).uniform(-1, 1, (50, 3))
+    points = points[np.hypot(points[:, 0], points[:, 1]) > 0.3]  # l1 turns in place
+    key = ["state", "fixed", "link_a", "link_b"]
+
+    def checker_of(**options):
+        checker = cab.CollisionChecker(robot, **options)
+        checker.add_fixed(cab.Body.from_boxes([-1], [[2, 0.2, 0.05]]), [[0, 0, 0, 1, 0, 0.6, 0.5]])
+        checker.add_points(points, 0.02)
+        return checker
+
+    plain, padded, within = checker_of(), checker_of(padding=padding), checker_of(margin=0.18)
+    rows = padded.hits(states)[key].tolist()
+    found = set(rows)
+    assert [row[0] for row in rows] == sorted(row[0] for row in rows)
+    itself = {row for row in plain.hits(states)[key].tolist() if row[1] < 0}
+    assert {row for row in found if row[1] < 0} == itself and len(itself) > 50
+    by = [padding.get(name, 0.0) for name in robot.body.names]
+    near = apart = 0
+    for *row, depth in within.hits(states, depths=True).tolist():
+        if row[1] < 0:
+            continue
+        if -depth <= by[row[2]] - 1e-6:
+            near += depth < 0
+            assert tuple(row) in found
+        elif -depth > 1.42 * by[row[2]] + 1e-5:  # at the rims of cylinders
+            apart += 1
+            assert tuple(row) not in found
+    assert near > 50 and apart > 50
+    assert padded.collides(states).tolist() == np.isin(np.arange(1000), [row[0] for row in rows]).tolist()
+    assert (padded.clearance(states, 0.5) <= plain.clearance(states, 0.5) + 1e-6).all()
+
+    starts = states[~padded.collides(states)][:100]
+    ends = starts + 0.05 * (states[: len(starts)] - starts)
+    edges = padded.edges(starts, ends)
+    steps = np.linspace(0, 1, 65)[None, :, None]
+    sampled = padded.collides((starts[:, None] + steps * (ends - starts)[:, None]).reshape(-1, 7))
+    assert not (sampled.reshape(len(starts), -1).any(axis=1) & edges["free"]).any()
+    assert 5 < edges["free"].sum() < len(starts)
+
+
+def test_padding_is_a_number_for_all_links_or_numbers_by_name(arm):
+    upright = [[0.0, 0.0]]
+    for padding, colliding in [(0, False), (0.1, True), ({"hand": 0.1}, True), ({"base": 0.1}, False), ({}, False)]:
+        checker = cab.CollisionChecker(arm, padding=padding)
+        checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.5]])  # 0.05 above the hand
+        assert checker.collides(upright)[0] == colliding
+        expected = 0.05 - (0.1 if colliding else 0)
+        assert checker.distances(upright)["distance"][0] == pytest.approx(expected, abs=1e-4)
+    with pytest.raises(ValueError, match="padding: the robot has no link 'arm'"):
+        cab.CollisionChecker(arm, padding={"arm": 0.1})
+    for wrong in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError, match="padding: .* of link 'hand' is not a length"):
+            cab.CollisionChecker(arm, padding={"hand": wrong})
+    with pytest.raises(ValueError, match="padding: .* of link 'base' is not a length"):
+        cab.CollisionChecker(arm, padding=-0.1)
+
+
 def test_edges_are_free_where_no_state_collides(arm):
     checker = cab.CollisionChecker(arm)
     checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.4]])

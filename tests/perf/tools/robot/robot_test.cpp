@@ -1,6 +1,8 @@
 // `cab robot`: the allowed-collision matrix, self-collision and distances of robots whose answers are known in closed
 // form, and of a real hand.
 #include <cab/cab.h>
+#include <cab/record.h>
+#include <cab/replay.h>
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -68,6 +71,20 @@ std::set<MatrixRow> matrix_of(const Json& json) {
   std::set<MatrixRow> rows;
   for (const Json& row : json["masked"]) rows.emplace(row["link_a"], row["link_b"], row["reason"]);
   return rows;
+}
+
+// How many hits a recording of so many frames has.
+std::size_t recorded_hits(const std::string& file, std::uint32_t frames) {
+  record::Recording recording;
+  REQUIRE(recording.open(file.c_str()));
+  REQUIRE(recording.frame_count() == frames);
+  std::size_t found = 0;
+  for (std::uint32_t f = 0; f < frames; ++f) {
+    record::RecordedFrame frame;
+    REQUIRE(recording.read_frame(f, &frame));
+    found += frame.hits.size;
+  }
+  return found;
 }
 
 // The allegro hand of the data, or an empty path with a printed reason.
@@ -284,12 +301,63 @@ TEST_CASE("bodies around the robot touch it where they stand at rest, and a marg
   CHECK(pairs_of(robot.run(with_margin)).count({"slider", "cell/wall", 2, 0}) == 1);
   CHECK(pairs_of(robot.run({"--samples", "0", "--states", states})).count({"slider", "cell/wall", 1, 1}) == 0);
 
-  Words recorded = base;
-  recorded.insert(recorded.begin(), robot.file);
-  recorded.insert(recorded.end(), {"--record", robot.folder / "r.cab"});
-  const Outcome refused = run_command("robot", recorded);
-  CHECK(refused.exit_code == 2);
-  CHECK(refused.error.find("--around") != std::string::npos);
+  // A recording has the same hits.
+  const std::string recording = robot.folder / "r.cab";
+  with_margin.insert(with_margin.end(), {"--record", recording});
+  json = robot.run(with_margin);
+  CHECK(json["hits"] == recorded_hits(recording, 3));
+}
+
+TEST_CASE("padding counts against what stands around, for all links or for one, and not between links") {
+  const KnownRobot robot;
+  const std::string cell = robot.folder / "cell.urdf", states = robot.folder / "states.csv",
+                    hits = robot.folder / "hits.csv", recording = robot.folder / "r.cab";
+  // The wall begins at x = 12, and slider ends at 11.9, 12.1 and 11.4; base and ring are 0.1 apart in the last state.
+  write_text(cell, "<robot name='cell'>" + link("wall", "<box size='2 2 2'/>") + link("post", "<sphere radius='.1'/>") +
+                       "<link name='root'/><joint name='w' type='fixed'><parent link='root'/><child link='wall'/>" +
+                       "<origin xyz='13 0 0'/></joint><joint name='p' type='fixed'><parent link='root'/>" +
+                       "<child link='post'/></joint></robot>");
+  write_text(states, "slider_joint,far_joint,ring_joint,wide_joint\n7.9,0,10,10\n8.1,0,10,10\n7.4,0,2.1,10\n");
+  const Words base = {"--srdf", robot.folder / "none.srdf", "--states", states, "--hits", hits};
+  write_text(robot.folder / "none.srdf", "<robot name='known'></robot>");
+  // The states in which slider touches the wall, the number of states that collide, and the hits of links alone.
+  const auto run = [&](Words options) {
+    options.insert(options.begin(), base.begin(), base.end());
+    const Json json = robot.run(options);
+    std::set<std::string> with_wall, between;
+    std::istringstream lines(read_text(hits));
+    std::string line, last;
+    std::getline(lines, line);
+    while (std::getline(lines, line)) {
+      CHECK(line.substr(0, 1) >= last);
+      last = line.substr(0, 1);
+      if (line.find("slider,cell/wall") != std::string::npos) with_wall.insert(last);
+      if (line.find("cell/") == std::string::npos) between.insert(line);
+    }
+    const auto colliding = json.contains("states_in_collision") ? json["states_in_collision"] : Json(-1);
+    return std::tuple(with_wall, colliding.get<int>(), between);
+  };
+  using Set = std::set<std::string>;
+  const auto with = [&](const std::string& padding) { return run({"--around", cell, "--padding", padding}); };
+  const Set between = std::get<2>(run({}));
+  const auto plain = run({"--around", cell});
+  CHECK((std::get<0>(plain) == Set{"1"}));
+  CHECK((std::get<0>(with(".25")) == Set{"0", "1"}));
+  CHECK((std::get<0>(with("0.75")) == Set{"0", "1", "2"}));
+  CHECK((std::get<0>(with("slider=.25")) == Set{"0", "1"}));
+  CHECK((std::get<0>(with(".75,slider=0")) == Set{"1"}));
+  CHECK(
+      (std::get<0>(run({"--around", cell, "--padding", "slider=.75", "--padding", "0,base=1"})) == Set{"0", "1", "2"}));
+  for (const auto& got : {plain, with("0.75"), with("9")}) {
+    CHECK(std::get<1>(got) == 3);  // base touches the post
+    CHECK(std::get<2>(got) == between);
+  }
+
+  // A recording has the same hits.
+  run({"--around", cell, "--padding", ".25", "--record", recording});
+  const std::string text = read_text(hits);
+  const auto rows = std::count(text.begin(), text.end(), '\n') - 1;
+  CHECK(recorded_hits(recording, 3) == static_cast<std::size_t>(rows));
 }
 
 TEST_CASE("wrong use of cab robot is told") {
@@ -309,6 +377,14 @@ TEST_CASE("wrong use of cab robot is told") {
       {{known.file, "--rest", "mid_joint=1"}, "--rest: the robot has no joint 'mid_joint' that moves"},
       {{known.file, "--rest", "slider_joint=1,slider_joint=2"}, "--rest: 'slider_joint' is given twice"},
       {{known.file, "--json", known.file}, "is an input"},
+      {{known.file, "--padding", "0.1"}, "--padding: it is against what stands around; give that by --around"},
+      {{known.file, "--around", known.file, "--padding", "-1"}, "--padding: '-1' is not METRES or LINK=METRES"},
+      {{known.file, "--around", known.file, "--padding", "base=nan"}, "--padding: 'base=nan' is not METRES"},
+      {{known.file, "--around", known.file, "--padding", "base="}, "--padding: 'base=' is not METRES"},
+      {{known.file, "--around", known.file, "--padding", "hand=1"}, "--padding: the robot has no link 'hand'"},
+      {{known.file, "--around", known.file, "--padding", "mid=1"}, "--padding: the link 'mid' has no shape"},
+      {{known.file, "--around", known.file, "--padding", "1,2"}, "--padding: a length for all links is given twice"},
+      {{known.file, "--around", known.file, "--padding", "base=1,base=2"}, "--padding: 'base' is given twice"},
   };
   for (const auto& [words, told] : wrong) {
     const Outcome outcome = run_command("robot", words);
