@@ -144,7 +144,7 @@ class JobSearch {
   }
 
   void describe_states(const BatchInput& input, const InstanceBatch& batch, std::size_t n) {
-    const JointStates& states = input.states;
+    const StateView& states = input.states;
     const std::size_t links = states.kinematics->link_parents.size, values = n * states.kinematics->variable_count;
     if (batch.kind != BatchKind::kSequence) return text_.add(".states is given for characters");
     if (links != batch.articulation->link_count)

@@ -58,7 +58,7 @@ Status validate_kinematics(const KinematicsDesc& desc) {
 }
 
 void pose_states(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t tile, PoseScratch& scratch) {
-  const JointStates& states = batch.input->states;
+  const StateView& states = batch.input->states;
   const std::uint32_t first = tile * kLanes;
   frame.kernels.pose_states(
       {*states.kinematics, states.values.data + std::size_t{first} * states.kinematics->variable_count,

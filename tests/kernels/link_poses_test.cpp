@@ -177,7 +177,7 @@ TEST_CASE("every link of a random body stands where products of matrices put it,
         ->pose_states({desc, state.data(), 1, aligned, block.data(), links.data(), poses.data()});
     const std::vector<Matrix> right = judge(body, state.data());
     for (std::size_t l = 0; l < body.links.size(); ++l) {
-      const double* const at = aligned + 7 * kLanes * l;
+      const double* const at = aligned + 7 * l;
       worst = std::max(worst, difference({at[0], at[1], at[2], at[3]}, {at[4], at[5], at[6]}, right[l]));
       for (std::size_t c = 0; c < 7; ++c) {
         CHECK(poses[7 * l + c] == static_cast<float>(at[c]));

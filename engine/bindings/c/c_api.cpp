@@ -244,10 +244,10 @@ CAB_SAME_MEMBER(PoseView, data);
 CAB_SAME_MEMBER(PoseView, link_stride);
 CAB_SAME_MEMBER(PoseView, instance_stride);
 CAB_SAME_MEMBER(PoseView, has_scale);
-CAB_SAME_TYPE(JointStates);
-CAB_SAME_MEMBER(JointStates, kinematics);
-CAB_SAME_MEMBER(JointStates, values);
-CAB_SAME_MEMBER(JointStates, poses);
+CAB_SAME_TYPE(StateView);
+CAB_SAME_MEMBER(StateView, kinematics);
+CAB_SAME_MEMBER(StateView, values);
+CAB_SAME_MEMBER(StateView, poses);
 CAB_SAME_TYPE(ConvexPart);
 CAB_SAME_MEMBER(ConvexPart, kind);
 CAB_SAME_MEMBER(ConvexPart, position);
@@ -872,6 +872,8 @@ const char* cab_status_to_string(cab_Status status) { return cab::to_string(cab:
 cab_Box cab_default_box(void) { return cab::as<cab_Box>(cab::Box()); }
 
 cab_PoseView cab_default_pose_view(void) { return cab::as<cab_PoseView>(cab::PoseView()); }
+
+cab_StateView cab_default_state_view(void) { return cab::as<cab_StateView>(cab::StateView()); }
 
 cab_ConvexPart cab_default_convex_part(void) { return cab::as<cab_ConvexPart>(cab::ConvexPart()); }
 

@@ -35,10 +35,10 @@ int main(void) {
   MEMBER(PoseView, instance_stride, "instanceStride", "size", 0);
   MEMBER(PoseView, has_scale, "hasScale", "bool", 0);
   END();
-  STRUCT(JointStates, "false");
-  MEMBER(JointStates, kinematics, "kinematics", "*", 0);
-  MEMBER(JointStates, values, "values", "[f64]", 0);
-  MEMBER(JointStates, poses, "poses", "*", 0);
+  STRUCT(StateView, "true");
+  MEMBER(StateView, kinematics, "kinematics", "*", 0);
+  MEMBER(StateView, values, "values", "[f64]", 0);
+  MEMBER(StateView, poses, "poses", "*", 0);
   END();
   STRUCT(ConvexPart, "true");
   MEMBER(ConvexPart, kind, "kind", "ShapeKind", 0);
@@ -157,7 +157,7 @@ int main(void) {
   MEMBER(BatchInput, bounds, "bounds", "[f32]", 0);
   MEMBER(BatchInput, margins, "margins", "[f32]", 0);
   MEMBER(BatchInput, moved, "moved", "[u8]", 0);
-  MEMBER(BatchInput, states, "states", "JointStates", 0);
+  MEMBER(BatchInput, states, "states", "StateView", 0);
   END();
   STRUCT(PairRule, "true");
   MEMBER(PairRule, a, "a", "BatchId", 0);

@@ -64,7 +64,7 @@ typedef struct cab_BatchId cab_BatchId;
 typedef struct cab_BatchSlot cab_BatchSlot;
 typedef struct cab_Box cab_Box;
 typedef struct cab_PoseView cab_PoseView;
-typedef struct cab_JointStates cab_JointStates;
+typedef struct cab_StateView cab_StateView;
 typedef struct cab_ConvexPart cab_ConvexPart;
 typedef struct cab_Leaf cab_Leaf;
 typedef struct cab_LinkPair cab_LinkPair;
@@ -557,7 +557,7 @@ typedef struct cab_PoseView {
 
 // Joint states, which become the poses of a sequence: cab_run_frame makes those of sixteen states where it tests them,
 // on its threads, as cab_compute_link_poses does.
-typedef struct cab_JointStates {
+typedef struct cab_StateView {
   // Of the links of the batch. Borrowed. null (default): there are no states.
   const cab_KinematicsDesc* kinematics;
 
@@ -568,7 +568,7 @@ typedef struct cab_JointStates {
   // link and instance. Borrowed. All calls but cab_run_frame, cab_begin_frame and cab_end_frame read them, and not the
   // states.
   float* poses;
-} cab_JointStates;
+} cab_StateView;
 
 // ----------------------------------------------------------------------------------------------------- articulation
 
@@ -938,7 +938,7 @@ typedef struct cab_BatchInput {
   cab_ConstUint8Span moved;
 
   // What the poses are made of. Sequences only. Default: the poses are the caller's.
-  cab_JointStates states;
+  cab_StateView states;
 } cab_BatchInput;
 
 // What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.
@@ -1939,6 +1939,7 @@ CAB_API const char* cab_status_to_string(cab_Status status);
 // The defaults of the members of structs that callers fill in. Constant time; nothing is allocated.
 CAB_API cab_Box cab_default_box(void);
 CAB_API cab_PoseView cab_default_pose_view(void);
+CAB_API cab_StateView cab_default_state_view(void);
 CAB_API cab_ConvexPart cab_default_convex_part(void);
 CAB_API cab_Leaf cab_default_leaf(void);
 CAB_API cab_ArticulationDesc cab_default_articulation_desc(void);

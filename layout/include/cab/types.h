@@ -226,7 +226,7 @@ struct KinematicsDesc;
 
 // Joint states, which become the poses of a sequence: run_frame makes those of sixteen states where it tests them, on
 // its threads, as compute_link_poses does.
-struct JointStates {
+struct StateView {
   // Of the links of the batch. Borrowed. null (default): there are no states.
   const KinematicsDesc* kinematics = nullptr;
 
@@ -595,7 +595,7 @@ struct BatchInput {
   Span<const std::uint8_t> moved;
 
   // What the poses are made of. Sequences only. Default: the poses are the caller's.
-  JointStates states;
+  StateView states;
 };
 
 // What a rule does with the hits of two instances that both rest, and of one that rests and is tested within itself.

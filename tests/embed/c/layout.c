@@ -26,10 +26,10 @@ void print_layout(void) {
   MEMBER(cab_PoseView, link_stride);
   MEMBER(cab_PoseView, instance_stride);
   MEMBER(cab_PoseView, has_scale);
-  TYPE(cab_JointStates);
-  MEMBER(cab_JointStates, kinematics);
-  MEMBER(cab_JointStates, values);
-  MEMBER(cab_JointStates, poses);
+  TYPE(cab_StateView);
+  MEMBER(cab_StateView, kinematics);
+  MEMBER(cab_StateView, values);
+  MEMBER(cab_StateView, poses);
   TYPE(cab_ConvexPart);
   MEMBER(cab_ConvexPart, kind);
   MEMBER(cab_ConvexPart, position);
