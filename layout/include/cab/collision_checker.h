@@ -389,6 +389,8 @@ inline Status CollisionChecker::find_hits(Span<const double> states, std::uint32
   if (world_.status() != Status::kOk) return world_.status();
   if (!robot_.value) return Status::kUnknownBatch;
   if (count > chunk_) return Status::kBadCount;
+  if (states.size != std::size_t{count} * kinematics_.variable_count || (states.size && !states.data))
+    return Status::kBadOutput;
   return run(states, count, Report::kHits, {});
 }
 

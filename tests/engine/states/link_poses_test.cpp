@@ -182,8 +182,11 @@ TEST_CASE("a frame of joint states finds what a frame of their poses finds, and 
       CHECK(same_hits(found.hits, expected.hits));
       CHECK(found.flags == expected.flags);
       CHECK(found.in_contact == expected.in_contact);
-      CHECK(found.box_tests == expected.box_tests);
-      CHECK(found.exact_tests == expected.exact_tests);
+      // A table is left out once another thread has reported it.
+      if (threads == 1 || world.report == Report::kHits) {
+        CHECK(found.box_tests == expected.box_tests);
+        CHECK(found.exact_tests == expected.exact_tests);
+      }
       for (std::size_t b = 0; b < world.bodies.size(); ++b)
         for (std::size_t i = 0; i < found.poses[b].size(); ++i)
           if (!std::isnan(expected.poses[b][i])) REQUIRE(found.poses[b][i] == expected.poses[b][i]);

@@ -43,6 +43,7 @@ class Status(enum.IntEnum):
     TOO_MANY_INSTANCES = enum.auto()
     BATCH_GIVEN_TWICE = enum.auto()
     BAD_POSES = enum.auto()
+    BAD_STATES = enum.auto()
     STATIC_INPUT = enum.auto()
     BAD_ORIGINS = enum.auto()
     BAD_ORIENTATIONS = enum.auto()
