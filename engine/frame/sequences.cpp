@@ -2,8 +2,8 @@
 #include "engine/frame/sequences.h"
 
 #include "engine/session/worker.h"
-#include "engine/states/link_poses.h"
 #include "engine/step/in_contact.h"
+#include "engine/step/joint_states.h"
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
 #include "kernels/descend_tiles.h"

@@ -2,7 +2,7 @@
 #include "engine/session/validate.h"
 
 #include "engine/exact/exact.h"
-#include "engine/states/link_poses.h"
+#include "engine/step/joint_states.h"
 #include "kernels/pose_leaves.h"
 
 #include <algorithm>

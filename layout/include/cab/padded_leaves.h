@@ -18,6 +18,7 @@
 
 namespace cab {
 
+// Leaves that are grown, and what they point to.
 class PaddedLeaves {
  public:
   // Makes the leaves. leaves: those that add_articulation takes. They and what they point to stay as long as leaves()
