@@ -145,12 +145,14 @@ class JobSearch {
 
   void describe_states(const BatchInput& input, const InstanceBatch& batch, std::size_t n) {
     const StateView& states = input.states;
-    const std::size_t links = states.kinematics->link_parents.size, values = n * states.kinematics->variable_count;
+    const std::size_t links = states.kinematics->link_parents.size;
+    const std::uint64_t variables = states.kinematics->variable_count, least = n * variables;
     if (batch.kind != BatchKind::kSequence) return text_.add(".states is given for characters");
     if (links != batch.articulation->link_count)
       return text_.add(".states.kinematics has %zu links, the batch %u", links, batch.articulation->link_count);
-    if (states.values.size < values || (values && !states.values.data))
-      return text_.add(".states.values has %zu numbers, not %zu", states.values.data ? states.values.size : 0, values);
+    if (states.values.size < least || states.values.size > batch.capacity * variables || (least && !states.values.data))
+      return text_.add(".states.values has %zu numbers, not %.0f", states.values.data ? states.values.size : 0,
+                       static_cast<double>(least));
     text_.add(".states.poses is not what .poses names, as quaternions and translations without gaps");
   }
 

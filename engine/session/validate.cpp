@@ -72,9 +72,12 @@ Status validate_states(const BatchInput& input, const InstanceBatch& batch, std:
   const KinematicsDesc& kinematics = *input.states.kinematics;
   if (batch.kind != BatchKind::kSequence) return Status::kBadStates;
   if (const Status status = validate_kinematics(kinematics); status != Status::kOk) return status;
-  const std::size_t links = batch.articulation->link_count, numbers = count * kinematics.variable_count;
+  const std::size_t links = batch.articulation->link_count;
   const Span<const double> values = input.states.values;
-  const bool fits = kinematics.link_parents.size == links && values.size >= numbers && (numbers == 0 || values.data);
+  // In 64 bits, which hold the products.
+  const std::uint64_t variables = kinematics.variable_count, least = count * variables;
+  const bool fits = kinematics.link_parents.size == links && values.size >= least &&
+                    values.size <= batch.capacity * variables && (least == 0 || values.data);
   const bool own_poses = input.poses.data == input.states.poses &&
                          input.poses.format == PoseFormat::kQuaternionTranslation &&
                          link_bytes(input.poses) == 7 * sizeof(float) &&

@@ -432,13 +432,22 @@ TEST_CASE("padding is set once, after the robot and before what stands around, b
   ArticulationDesc other = plain.desc;
   other.link_parents = parents;
   CHECK(checker.set_padding(other, padding) == Status::kBadJoint);
+  // Neither another robot, nor spans without data.
   ArticulationDesc bad = plain.desc;
+  bad.leaves = {};
+  CHECK(checker.set_padding(bad, one) == Status::kBadJoint);
   Leaf leaf = plain.leaf;
-  leaf.box.center[0] = std::numeric_limits<float>::quiet_NaN();
+  leaf.box.half[0] *= 1.5f;
   bad.leaves = {&leaf, 1};
-  std::uint32_t bad_leaf = 7;
-  CHECK(checker.set_padding(bad, one, &bad_leaf) == Status::kBadLeafBox);
-  CHECK(bad_leaf == 0);
+  CHECK(checker.set_padding(bad, one) == Status::kBadJoint);
+  leaf.parts = {nullptr, 1};
+  CHECK(checker.set_padding(bad, one) == Status::kBadShape);
+  ConvexPart part;
+  part.vertices = {nullptr, 9};
+  leaf.parts = {&part, 1};
+  CHECK(checker.set_padding(bad, one) == Status::kBadShape);
+  bad.leaves = {nullptr, 1};
+  CHECK(checker.set_padding(bad, one) == Status::kBadShape);
   REQUIRE(checker.set_padding(plain.desc, one) == Status::kOk);
   CHECK(checker.set_padding(plain.desc, one) == Status::kBatchGivenTwice);
   const float pose[] = {0, 0, 0, 1, 0, 0, 1.2f};

@@ -25,7 +25,8 @@ export type StatusName =
     'bad_parent' | 'bad_joint' | 'bad_leaf_link' | 'bad_leaf_box' | 'bad_leaf_axes' | 'bad_shape' |
     'shape_outside_leaf_box' | 'bad_vertices' | 'bad_ignored_pair' | 'bad_rest_pose' | 'unknown_articulation' |
     'unknown_batch' | 'articulation_in_use' | 'bad_batch_kind' | 'no_instances' | 'bad_static_body' | 'bad_triangles' |
-    'too_many_instances' | 'batch_given_twice' | 'bad_poses' | 'static_input' | 'bad_origins' | 'bad_scales' |
+    'too_many_instances' | 'batch_given_twice' | 'bad_poses' | 'bad_states' | 'static_input' | 'bad_origins' |
+    'bad_scales' |
     'bad_count' | 'bad_instances' | 'bad_margins' | 'bad_pair_rule' | 'pair_rule_given_twice' | 'exact_not_built' |
     'bad_margin' | 'bad_min_depth' | 'contacts_need_exact' | 'bad_lod' | 'too_few_leaves' | 'lod_leaf_too_small' |
     'lod_without_shapes' | 'bad_instance' | 'bad_query' | (string & {});

@@ -565,8 +565,8 @@ typedef struct cab_StateView {
   cab_ConstDoubleSpan values;
 
   // Output, which cab_BatchInput.poses must name as CAB_POSE_FORMAT_QUATERNION_TRANSLATION without gaps: 7 floats per
-  // link and instance. Borrowed. All calls but cab_run_frame, cab_begin_frame and cab_end_frame read them, and not the
-  // states.
+  // link and instance. Borrowed. All calls but cab_run_frame and cab_begin_frame read them as they are, and of the
+  // states check the sizes alone.
   float* poses;
 } cab_StateView;
 
@@ -1226,7 +1226,7 @@ typedef struct cab_LinkPlaceDesc {
   uint32_t joint_count;   // how many joints it has, each in the frame that those before it leave
 } cab_LinkPlaceDesc;
 
-// The links of a body and their joints. Spans are read by the call alone.
+// The links of a body and their joints. Spans are read by the call alone, by cab_begin_frame until cab_end_frame.
 typedef struct cab_KinematicsDesc {
   cab_ConstInt32Span link_parents;   // as cab_ArticulationDesc.link_parents: parents come first, -1 for a root
   cab_ConstLinkPlaceDescSpan links;  // one per link. That of a root is its place in the body's frame

@@ -87,7 +87,7 @@ class CollisionChecker {
   // distances and motions are those of the grown links. If desc is refused, *bad_leaf (may be null) says which leaf.
   // Cost: the robot is posed twice for each state.
   // Statuses: kUnknownBatch (there is no robot), kBatchGivenTwice (there is padding, or something around), kBadMargin
-  // (padding is not one such length for each link), kBadJoint (desc has other links than the robot), those of
+  // (padding is not one such length for each link), kBadJoint (desc is not that of the robot), those of
   // PaddedLeaves::set, add_articulation and add_batch.
   [[nodiscard]] Status set_padding(const ArticulationDesc& desc, Span<const float> padding,
                                    std::uint32_t* bad_leaf = nullptr) noexcept;
@@ -203,6 +203,8 @@ class CollisionChecker {
     std::unique_ptr<std::uint8_t[]> touches, flags;  // of a chunk
   };
   Status prepare(Twin& twin) noexcept;
+  static std::uint64_t mark_of(const ArticulationDesc& desc) noexcept;
+  std::uint64_t mark_ = 0;   // of the robot's desc
   Twin padded_;              // with padding, for what is fixed; made by set_padding
   Twin robot_among_points_;  // as characters, which points are tested against; made by the first add_points
   std::int32_t among_points_ = std::numeric_limits<std::int32_t>::max();  // its place among the inputs
@@ -240,6 +242,7 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   kinematics_ = kinematics;
   chunk_ = count;
   world_.input(robot)->poses.data = poses_.get();
+  mark_ = mark_of(desc);
   has_bound_ = read_bound(desc);
   return Status::kOk;
 }
@@ -259,6 +262,30 @@ inline Status CollisionChecker::read_bound(const ArticulationDesc& desc) noexcep
 }
 
 // Makes room for what a frame writes about a twin of the robot.
+// A hash of what is tested of a body: its tree, and the links, boxes and parts of its leaves.
+inline std::uint64_t CollisionChecker::mark_of(const ArticulationDesc& desc) noexcept {
+  std::uint64_t mark = 14695981039346656037u;  // FNV-1a
+  const auto add = [&mark](const auto* values, std::size_t count) {
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(values);
+    for (std::size_t i = 0; i < count * sizeof *values; ++i) mark = (mark ^ bytes[i]) * 1099511628211u;
+  };
+  add(desc.link_parents.data, desc.link_parents.size);
+  for (const Leaf& leaf : desc.leaves) {
+    add(&leaf.link, 1);
+    add(leaf.box.center, 3);
+    add(leaf.box.axis[0], 9);
+    add(leaf.box.half, 3);
+    for (const ConvexPart& part : leaf.parts) {
+      add(&part.kind, 1);
+      add(part.position, 3);
+      add(part.rotation, 4);
+      add(part.size, 3);
+      add(part.vertices.data, part.vertices.size);
+    }
+  }
+  return mark;
+}
+
 inline Status CollisionChecker::prepare(Twin& twin) noexcept {
   twin.touches.reset(new (std::nothrow) std::uint8_t[chunk_]);
   twin.flags.reset(new (std::nothrow) std::uint8_t[chunk_]);
@@ -274,7 +301,9 @@ inline Status CollisionChecker::set_padding(const ArticulationDesc& desc, Span<c
   if (padding.size != desc.link_parents.size || !padding.data) return Status::kBadMargin;
   PaddedLeaves padded;
   Status status = padded.set(desc.leaves, padding);
-  if (status == Status::kOk) status = prepare(padded_);
+  if (status != Status::kOk) return status;
+  if (mark_of(desc) != mark_) return Status::kBadJoint;
+  status = prepare(padded_);
   if (status != Status::kOk) return status;
   const ArticulationDesc grown = {desc.link_parents, desc.link_joints, padded.leaves(), {}};
   status = world_.add_batch(grown, chunk_, &padded_.batch, bad_leaf, BatchKind::kSequence);
@@ -459,14 +488,15 @@ inline Status CollisionChecker::find_nearest_of(Span<const double> states, Span<
     const Status status = run({open_states_.get(), count * variables}, count, Report::kDistances, {});
     if (status != Status::kOk) return status;
     read_nearest(open_states_.get(), open_.get(), nearest.data, gradients);
-    if (!(within < most)) {
-      for (std::uint32_t i = 0; i < count; ++i)
-        if (flags_[i] != kInstanceOk) nearest[open_[i]].distance = std::numeric_limits<float>::quiet_NaN();
-      return Status::kOk;
-    }
     std::uint32_t kept = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-      if (nearest[open_[i]].distance <= within) continue;
+      if (flags_[i] != kInstanceOk) {
+        nearest[open_[i]] = {};
+        nearest[open_[i]].distance = std::numeric_limits<float>::quiet_NaN();
+        if (gradients) std::fill_n(gradients + open_[i] * variables, variables, 0.0);
+        continue;
+      }
+      if (nearest[open_[i]].distance <= within || !(within < most)) continue;
       std::copy_n(open_states_.get() + i * variables, variables, open_states_.get() + kept * variables);
       open_[kept++] = open_[i];
     }

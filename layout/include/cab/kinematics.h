@@ -32,7 +32,7 @@ struct LinkPlaceDesc {
   std::uint32_t joint_count = 0;      // how many joints it has, each in the frame that those before it leave
 };
 
-// The links of a body and their joints. Spans are read by the call alone.
+// The links of a body and their joints. Spans are read by the call alone, by begin_frame until end_frame.
 struct KinematicsDesc {
   Span<const std::int32_t> link_parents;  // as ArticulationDesc::link_parents: parents come first, -1 for a root
   Span<const LinkPlaceDesc> links;        // one per link. That of a root is its place in the body's frame

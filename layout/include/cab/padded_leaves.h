@@ -3,8 +3,8 @@
 //
 // The shape of a leaf with the padding p has every point within p of the leaf's own shape (docs/proof.md, part 18), and
 // is of the same kind. A ball or a capsule has no other points. No point is farther from the leaf's own shape than
-// 1.73 p for a box, 1.42 p for a cylinder and 1.26 p for a hull, and for an ellipsoid (r^.5 + r^-.5) / 2 times p, where
-// the longest radius is r times the shortest.
+// 1.73 p for a box, 1.42 p for a cylinder, and 1.26 p and 1.3e-6 of its largest coordinate for a hull; for an ellipsoid
+// (r^.5 + r^-.5) / 2 times p, where the longest radius is r times the shortest.
 #pragma once
 
 #include <cab/types.h>
@@ -26,7 +26,7 @@ class PaddedLeaves {
   // their bits.
   // Cost: for a hull of n vertices some part of 12 n^2 comparisons: for when a robot is loaded.
   // Statuses: kBadLeafLink (a leaf is on a link without a length), kBadMargin (a length is below 0, above 1e18 or NaN),
-  // kOutOfMemory.
+  // kBadShape (a span has a size and no data, or a number is not finite), kOutOfMemory.
   [[nodiscard]] Status set(Span<const Leaf> leaves, Span<const float> padding) noexcept;
 
   // As many as were given, in their order. They point into this object.
@@ -56,11 +56,16 @@ inline Status PaddedLeaves::set(Span<const Leaf> leaves, Span<const float> paddi
   std::size_t parts = 0, numbers = 0, most = 0;
   for (const float by : padding)
     if (!(by >= 0 && by <= kMaxCoordinate)) return Status::kBadMargin;
+  if (leaves.size && !leaves.data) return Status::kBadShape;
   for (const Leaf& leaf : leaves) {
     if (leaf.link >= padding.size) return Status::kBadLeafLink;
+    if (leaf.parts.size && !leaf.parts.data) return Status::kBadShape;
     if (!(padding[leaf.link] > 0)) continue;
     parts += leaf.parts.size;
     for (const ConvexPart& part : leaf.parts) {
+      if ((part.vertices.size && !part.vertices.data) || part.vertices.size % 3 != 0) return Status::kBadShape;
+      for (const float x : part.vertices)
+        if (!std::isfinite(x)) return Status::kBadShape;
       numbers += part.vertices.size;
       most = std::max(most, part.vertices.size);
     }
@@ -112,8 +117,11 @@ inline void PaddedLeaves::grow(Leaf& leaf, double by) noexcept {
     }
   }
   leaf.parts = {first, leaf.parts.size};
-  // Axes are of length 1 to 1e-5.
-  for (int k = 0; k < 3; ++k) leaf.box.half[k] = above(static_cast<double>(leaf.box.half[k]) + growth[k] * (1 + 2e-5));
+  // Axes are of length 1, and square, to 1e-5; sizes are rounded up to float.
+  double size = 0;
+  for (int k = 0; k < 3; ++k) size += static_cast<double>(leaf.box.half[k]) + growth[k];
+  for (int k = 0; k < 3; ++k)
+    leaf.box.half[k] = above(static_cast<double>(leaf.box.half[k]) + growth[k] * (1 + 1e-4) + kRounding * size);
 }
 
 // Grows a part, and returns how much farther it reaches than before, in any direction.

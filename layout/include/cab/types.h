@@ -234,7 +234,7 @@ struct StateView {
   Span<const double> values;
 
   // Output, which BatchInput::poses must name as kQuaternionTranslation without gaps: 7 floats per link and instance.
-  // Borrowed. All calls but run_frame, begin_frame and end_frame read them, and not the states.
+  // Borrowed. All calls but run_frame and begin_frame read them as they are, and of the states check the sizes alone.
   float* poses = nullptr;
 };
 

@@ -63,12 +63,13 @@ Command add_peers(CLI::App& app) {
           ->type_name("FILE");
   add_srdf(command, o.robot.srdf_path)->needs(robot);
   add_packages(command, o.robot.import);
+  command.get_option("--package")->needs(robot);
   add_number(command, "--states", o.robot.random_count, "with --robot: random states (default 100000)", 1, 100000000)
       ->needs(robot);
   add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max())
       ->needs(robot);
-  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--csv"})
+  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--csv"})
     robot->excludes(command.get_option(option));
   return {&command, [options] { return peers_command(*options); }};
 }

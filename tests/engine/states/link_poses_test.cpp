@@ -241,6 +241,7 @@ TEST_CASE("joint states that do not fit their batch are refused, in words too") 
   CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { in.states.kinematics = &of_longer; }), "links"));
   CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { --in.states.values.size; }), "numbers"));
   CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { in.states.values.data = nullptr; }), "numbers"));
+  CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { ++in.states.values.size; }), "numbers"));
   CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { in.states.poses = other.data(); }), "poses"));
   CHECK(has(refusal(Status::kBadStates, [&](BatchInput& in) { in.poses.link_stride = 32; }), "poses"));
   CHECK(
