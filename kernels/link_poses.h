@@ -84,7 +84,9 @@ CAB_INLINE D half_angle(D angle) {
 }
 
 // Whether three numbers are 0.
-inline bool is_zero(const double* v) { return std::fabs(v[0]) <= 0 && std::fabs(v[1]) <= 0 && std::fabs(v[2]) <= 0; }
+CAB_INLINE bool is_zero(const double* v) {
+  return std::fabs(v[0]) <= 0 && std::fabs(v[1]) <= 0 && std::fabs(v[2]) <= 0;
+}
 
 // Moves a motion's frame by a joint.
 template <class D>
@@ -114,7 +116,7 @@ struct HalfCircle {
   double at[4];
 };
 
-inline HalfCircle half_circle(const double (&q)[4], const double (&axis)[3]) {
+CAB_INLINE HalfCircle half_circle(const double (&q)[4], const double (&axis)[3]) {
   return {{(q[3] * axis[0] + q[1] * axis[2]) - q[2] * axis[1], (q[3] * axis[1] + q[2] * axis[0]) - q[0] * axis[2],
            (q[3] * axis[2] + q[0] * axis[1]) - q[1] * axis[0], -((q[0] * axis[0] + q[1] * axis[1]) + q[2] * axis[2])}};
 }
