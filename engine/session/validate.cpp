@@ -67,22 +67,17 @@ bool have_sides(const InstanceBatch& batch) {
   return true;
 }
 
-// Checks the joint states of an input whose poses are valid. count: of its instances.
-Status validate_states(const BatchInput& input, const InstanceBatch& batch, std::size_t count) {
+// Checks the joint states of an input whose poses are valid, but for the number of their values.
+Status validate_states(const BatchInput& input, const InstanceBatch& batch) {
   const KinematicsDesc& kinematics = *input.states.kinematics;
   if (batch.kind != BatchKind::kSequence) return Status::kBadStates;
   if (const Status status = validate_kinematics(kinematics); status != Status::kOk) return status;
   const std::size_t links = batch.articulation->link_count;
-  const Span<const double> values = input.states.values;
-  // In 64 bits, which hold the products.
-  const std::uint64_t variables = kinematics.variable_count, least = count * variables;
-  const bool fits = kinematics.link_parents.size == links && values.size >= least &&
-                    values.size <= batch.capacity * variables && (least == 0 || values.data);
   const bool own_poses = input.poses.data == input.states.poses &&
                          input.poses.format == PoseFormat::kQuaternionTranslation &&
                          link_bytes(input.poses) == 7 * sizeof(float) &&
                          instance_bytes(input.poses, batch.articulation->link_count) == 7 * sizeof(float) * links;
-  return fits && own_poses ? Status::kOk : Status::kBadStates;
+  return kinematics.link_parents.size == links && own_poses ? Status::kOk : Status::kBadStates;
 }
 
 }  // namespace
@@ -112,12 +107,16 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
   if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most) return Status::kBadCount;
-  if (input.states.kinematics)
-    if (const Status status = validate_states(input, batch, n); status != Status::kOk) return status;
-  // Whether an array is empty, or has data and `per_instance` entries for each instance.
-  const auto fits = [=](const auto& span, std::size_t per_instance) {
+  // Whether an array is empty, or has data and `per_instance` entries for each instance. In 64 bits, which hold the
+  // products where std::size_t has 32.
+  const auto fits = [=](const auto& span, std::uint64_t per_instance) {
     return span.empty() || (span.data && span.size >= per_instance * n && span.size <= per_instance * most);
   };
+  if (const StateView& states = input.states; states.kinematics) {
+    if (const Status status = validate_states(input, batch); status != Status::kOk) return status;
+    const std::uint64_t variables = states.kinematics->variable_count;
+    if ((states.values.empty() && n * variables > 0) || !fits(states.values, variables)) return Status::kBadStates;
+  }
   const Span<const std::uint32_t> listed = input.instances;
   if (!listed.empty()) {
     const bool ascend = listed.data && std::is_sorted(listed.begin(), listed.end(), std::less_equal<>());

@@ -203,6 +203,8 @@ class CollisionChecker {
     std::unique_ptr<std::uint8_t[]> touches, flags;  // of a chunk
   };
   Status prepare(Twin& twin) noexcept;
+  // What fixed bodies and points are tested against: the robot with padding if it has some.
+  BatchId tested_around() const noexcept { return padded_.batch.value ? padded_.batch : robot_; }
   static std::uint64_t mark_of(const ArticulationDesc& desc) noexcept;
   std::uint64_t mark_ = 0;   // of the robot's desc
   Twin padded_;              // with padding, for what is fixed; made by set_padding
@@ -261,7 +263,6 @@ inline Status CollisionChecker::read_bound(const ArticulationDesc& desc) noexcep
   return status == Status::kOk ? bound_.set(desc, kinematics_, {pairs.data, pairs.size}) : status;
 }
 
-// Makes room for what a frame writes about a twin of the robot.
 // A hash of what is tested of a body: its tree, and the links, boxes and parts of its leaves.
 inline std::uint64_t CollisionChecker::mark_of(const ArticulationDesc& desc) noexcept {
   std::uint64_t mark = 14695981039346656037u;  // FNV-1a
@@ -286,6 +287,7 @@ inline std::uint64_t CollisionChecker::mark_of(const ArticulationDesc& desc) noe
   return mark;
 }
 
+// Makes room for what a frame writes about a twin of the robot.
 inline Status CollisionChecker::prepare(Twin& twin) noexcept {
   twin.touches.reset(new (std::nothrow) std::uint8_t[chunk_]);
   twin.flags.reset(new (std::nothrow) std::uint8_t[chunk_]);
@@ -328,7 +330,7 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   MaskReason reason;
   status = why_masked(world_.engine(), input, 0, &reason);
   if (status == Status::kOk && reason.cause != MaskCause::kNone) status = Status::kBadPoses;
-  if (status == Status::kOk) status = world_.add_rule({padded_.batch.value ? padded_.batch : robot_, body});
+  if (status == Status::kOk) status = world_.add_rule({tested_around(), body});
   if (status != Status::kOk) (void)world_.remove_batch(body);
   has_fixed_ = has_fixed_ || status == Status::kOk;
   return status;
@@ -356,8 +358,7 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
   if (!robot_among_points_.batch.value) {
     BatchInfo batch;
     status = prepare(robot_among_points_);
-    if (status == Status::kOk)
-      status = batch_info(world_.engine(), padded_.batch.value ? padded_.batch : robot_, &batch);
+    if (status == Status::kOk) status = batch_info(world_.engine(), tested_around(), &batch);
     if (status == Status::kOk)
       status = world_.add_batch({batch.articulation, chunk_, BatchKind::kCharacters}, &robot_among_points_.batch);
     if (status != Status::kOk) return status;

@@ -62,8 +62,7 @@ Command add_peers(CLI::App& app) {
                " and how often they differ from the triangles of its meshes")
           ->type_name("FILE");
   add_srdf(command, o.robot.srdf_path)->needs(robot);
-  add_packages(command, o.robot.import);
-  command.get_option("--package")->needs(robot);
+  add_packages(command, o.robot.import)->needs(robot);
   add_number(command, "--states", o.robot.random_count, "with --robot: random states (default 100000)", 1, 100000000)
       ->needs(robot);
   add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,

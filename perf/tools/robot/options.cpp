@@ -87,13 +87,13 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
 
 }  // namespace
 
-void add_packages(CLI::App& command, scenes::RobotOptions& import) {
-  add_texts(command, "--package", "NAME=DIR",
-            "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
-            "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others",
-            [&import](const std::string& text) {
-              import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
-            });
+CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import) {
+  return add_texts(command, "--package", "NAME=DIR",
+                   "folder of package://NAME paths; without it the package is looked for above and beside the file, in "
+                   "ROS_PACKAGE_PATH and in AMENT_PREFIX_PATH; give it again for others",
+                   [&import](const std::string& text) {
+                     import.packages.push_back(read_two("--package", text, '=', "NAME=DIR: a package and its folder"));
+                   });
 }
 
 CLI::Option* add_srdf(CLI::App& command, std::string& path) {
@@ -114,17 +114,12 @@ Command add_robot(CLI::App& app) {
       "for touching at rest",
       0, kMaxStates);
   add_srdf(command, o.srdf_path)->excludes(samples);
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--rest",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts)
+  add_texts(command, "--rest", "JOINT=VALUE,...",
+            "the rest state, in radians and metres: pairs that touch in it and in 95 % of the samples are masked, and "
+            "joints without a column in --states have it; joints that are not named rest as the file says",
+            [&o](const std::string& text) {
               for (auto& value : read_rest(text)) o.rest.push_back(std::move(value));
-          },
-          "the rest state, in radians and metres: pairs that touch in it and in 95 % of the samples are masked, and "
-          "joints without a column in --states have it; joints that are not named rest as the file says")
-      ->type_name("JOINT=VALUE,...")
-      ->allow_extra_args(false);
+            });
   CLI::Option* random =
       add_number(command, "--random", o.random_count, "random states to check (default 1000)", 1, kMaxStates);
   add_path(command, "--states", o.states_path,
@@ -133,16 +128,11 @@ Command add_robot(CLI::App& app) {
       ->excludes(random);
   add_number(command, "--seed", o.seed, "seed of random states (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max());
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--distance",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts)
+  add_texts(command, "--distance", "A,B",
+            "least and greatest distance of two links over all states; give it again for other pairs",
+            [&o](const std::string& text) {
               o.distances.push_back(read_two("--distance", text, ',', "A,B: the names of two links"));
-          },
-          "least and greatest distance of two links over all states; give it again for other pairs")
-      ->type_name("A,B")
-      ->allow_extra_args(false);
+            });
   command
       .add_option("--around", o.around,
                   "a URDF or MJCF file of what stands around, in the robot's frame: its links are tested at rest "
@@ -152,17 +142,12 @@ Command add_robot(CLI::App& app) {
   command.add_option("--margin", o.margin, "metres that links are apart at least, closer ones touch (default 0)")
       ->type_name("METRES")
       ->check(CLI::Range(0.0, 1e6));
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--padding",
-          [&o](const std::vector<std::string>& texts) {
-            for (const std::string& text : texts)
+  add_texts(command, "--padding", "METRES,LINK=METRES,...",
+            "metres by which links grow against what stands around, not against each other: a number is for all links, "
+            "LINK=METRES for one; needs --around",
+            [&o](const std::string& text) {
               for (auto& length : read_padding(text)) o.padding.push_back(std::move(length));
-          },
-          "metres by which links grow against what stands around, not against each other: a number is for all links, "
-          "LINK=METRES for one; needs --around")
-      ->type_name("METRES,LINK=METRES,...")
-      ->allow_extra_args(false);
+            });
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);

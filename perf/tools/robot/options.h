@@ -35,7 +35,7 @@ struct RobotCommandOptions {
   RecordFileOptions recording;     // of the states that are checked, one frame each
 };
 // Adds --package, and --srdf.
-void add_packages(CLI::App& command, scenes::RobotOptions& import);
+CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import);
 CLI::Option* add_srdf(CLI::App& command, std::string& path);
 Command add_robot(CLI::App& app);
 int robot_command(const RobotCommandOptions& options);
