@@ -37,7 +37,7 @@ void Task::violation(std::size_t method, const std::string& input) {
 
 const std::vector<VerifyPart>& verify_parts() {
   static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part(),
-                                                shapes_part(), queries_part(),  rays_part()};
+                                                shapes_part(), queries_part(),  rays_part(),  motions_part()};
   return parts;
 }
 

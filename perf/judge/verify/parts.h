@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cab/cab.h>
+#include <cab/collision_checker.h>
 
 #include <cstdint>
 #include <string>
@@ -23,24 +24,32 @@ struct Subject {
   decltype(&cab::run_frame) run_frame = cab::run_frame;
   decltype(&cab::answer_in_double) answer_in_double = cab::answer_in_double;
   decltype(&cab::run_queries) run_queries = cab::run_queries;
+  // CollisionChecker::check_motions.
+  Status (*check_motions)(CollisionChecker& checker, Span<const double> from, Span<const double> to,
+                          Span<MotionAnswer> answers, MotionSearch& search) =
+      [](CollisionChecker& checker, Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
+         MotionSearch& search) { return checker.check_motions(from, to, answers, search); };
 };
 
 // The counts of one row. They are only sums and maxima, so they depend on nothing but which rounds ran.
 struct Tally {
   std::uint64_t judged = 0;      // what the part counts
   std::uint64_t violations = 0;  // whatever breaks a promise: a box that does not contain what it must, a lost pair
-  std::uint64_t touching = 0;    // pairs that the judge calls touching; links that queries must find
-  std::uint64_t false_positives = 0;  // pairs reported that the judge calls apart; links that queries may not find
+  std::uint64_t touching = 0;    // pairs or motions that the judge calls touching; links that queries must find
+  // Pairs or motions called touching that the judge calls apart; links that queries may not find.
+  std::uint64_t false_positives = 0;
   std::uint64_t differing = 0;        // pairs, or calls, that another strategy or instruction set answers otherwise
   std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
-  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of rays, leave open
+  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of rays, leave open; motions that
+                                      // the judge does
   std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
   std::uint64_t contacts = 0;         // contacts that were judged
   std::uint64_t above_1 = 0;          // contacts that are more than 1 % deeper than the least depth
   std::uint64_t above_10 = 0;         // more than 10 %
   std::uint64_t hits = 0;             // links that queries have found
-  std::uint64_t lost = 0;             // links that queries must find and have not
+  std::uint64_t lost = 0;             // links that queries must find and have not; motions called free that touch
   std::uint64_t pairs = 0;            // rays and leaves that were judged
+  std::uint64_t free = 0, colliding = 0, too_close = 0;  // motions by their answers
   double off = 0;          // largest by which the point of a hit is off its leaf as given, in u of the lengths
   double widest_gap = 0;   // of shapes that are apart and were called touching, in parts of what a gap may be
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
@@ -69,7 +78,10 @@ inline constexpr NamedCount kCounts[] = {{"judged", &Tally::judged},
                                          {"contacts_above_10_percent", &Tally::above_10},
                                          {"hits", &Tally::hits},
                                          {"lost", &Tally::lost},
-                                         {"pairs", &Tally::pairs}};
+                                         {"pairs", &Tally::pairs},
+                                         {"free", &Tally::free},
+                                         {"colliding", &Tally::colliding},
+                                         {"too_close", &Tally::too_close}};
 struct NamedValue {
   const char* name;
   double Tally::*value;
@@ -101,6 +113,7 @@ enum class Columns {
   kShapes,   // answers of exact tests, and contacts
   kQueries,  // hits of queries
   kRays,     // hits of rays, and how many pairs of rays and leaves were judged
+  kMotions,  // answers about motions
 };
 
 struct VerifyPart {
@@ -119,6 +132,7 @@ VerifyPart frames_part();
 VerifyPart shapes_part();
 VerifyPart queries_part();
 VerifyPart rays_part();
+VerifyPart motions_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();

@@ -217,6 +217,15 @@ std::vector<Column> columns_of(Columns columns) {
               kExtra,
               kDiffering,
               kViolations};
+    case Columns::kMotions:
+      return {kTouching,
+              {"free", &Tally::free},
+              {"colliding", &Tally::colliding},
+              {"too close", &Tally::too_close},
+              {"undecided", &Tally::undecided},
+              {"missed", &Tally::lost},
+              {"false", &Tally::false_positives},
+              kViolations};
     case Columns::kPairs: break;
   }
   return {kTouching, {"misses", &Tally::violations}, {"false positives", &Tally::false_positives}, kDiffering};
@@ -273,7 +282,7 @@ void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, 
   out << "Excess: how far a corner leaves its box, in ulps of size u (S + M), u = 2^-24; below 0 it is inside.\n"
          "Rounding, of padding: where rounding took the largest share of a merge's padding, which bounds it; in ulps.\n"
          "Undecided: by the kernels, in double: after the second pass. Wide as: the widest gap of a false touch, of "
-         "2^-40.\n"
+         "2^-40. Of motions: too near to touching for the judge.\n"
          "Off: how far the point of a hit is from its leaf as given, in u of the lengths of leaf and query.\n"
       << "Seed " << seed << ", " << to_string(isa) << ", " << rounds << " rounds, " << sums.violations()
       << " violations.\n";

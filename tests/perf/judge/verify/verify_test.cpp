@@ -51,17 +51,17 @@ const Json& part_of(const Json& counts, const std::string& name) {
   throw std::runtime_error("no part " + name);
 }
 
-// The outcome of a run with broken kernels or a broken engine: of two rounds, or of eight of the parts that are given.
+// The outcome of a run with broken kernels or a broken engine: of two rounds, or of some of the parts that are given.
 struct Verdict {
   int exit_code;
   std::string text;
   Json counts;
 };
 
-Verdict verify_broken(const perf::Subject& subject, const Words& parts = {}) {
+Verdict verify_broken(const perf::Subject& subject, const Words& parts = {}, std::uint64_t rounds_of_parts = 3) {
   const TemporaryFolder folder;
   perf::VerifyOptions options;
-  options.rounds = parts.empty() ? 2 : 3;
+  options.rounds = parts.empty() ? 2 : rounds_of_parts;
   options.parts = parts;
   options.thread_count = 1;
   options.json_path = folder / "counts.json";
@@ -182,6 +182,25 @@ Status queries_by_isa(Engine& engine, QueryJob& job) noexcept {
   return status;
 }
 
+// Gives motions of one answer another one.
+template <MotionAnswer kind, MotionAnswer instead>
+Status motions_answered_wrongly(CollisionChecker& checker, Span<const double> from, Span<const double> to,
+                                Span<MotionAnswer> answers, MotionSearch& search) {
+  const Status status = checker.check_motions(from, to, answers, search);
+  for (MotionAnswer& answer : answers)
+    if (answer == kind) answer = instead;
+  return status;
+}
+
+// Says of all first moments that they are at the beginning, or at the end.
+template <int at>
+Status motions_touch_at(CollisionChecker& checker, Span<const double> from, Span<const double> to,
+                        Span<MotionAnswer> answers, MotionSearch& search) {
+  const Status status = checker.check_motions(from, to, answers, search);
+  for (double& moment : search.first_moments) moment = at;
+  return status;
+}
+
 }  // namespace
 
 TEST_CASE("a short run finds nothing, covers every row, and is the same on one thread and on two") {
@@ -283,7 +302,7 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   CHECK(counts["parts"][0] == part_of(whole, "shapes"));
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "boxes"});
   CHECK(wrong.exit_code == 2);
-  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries or rays") !=
+  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries, rays or motions") !=
         std::string::npos);
 }
 
@@ -451,6 +470,37 @@ TEST_CASE("hits of queries that are lost, too far, or found by one instruction s
   subject.run_queries = queries_by_isa;
   const Verdict by_isa = verify_broken(subject, {"queries", "rays"});
   for (const Json& part : by_isa.counts["parts"]) CHECK(sum_of(part, "differing") > 0);
+}
+
+TEST_CASE("motions called free that touch, touching or too close that do not, and wrong first moments are found") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  const Verdict right = verify_broken(subject, {"motions"}, 8);
+  CHECK(right.exit_code == 0);
+  const Json& motions = right.counts["parts"][0];
+  for (const char* some : {"free", "colliding", "too_close", "touching"}) CHECK(sum_of(motions, some) > 0);
+  CHECK(sum_of(motions, "undecided") < sum_of(motions, "judged") / 10);
+  const auto wrong = [&subject](decltype(subject.check_motions) check_motions) {
+    subject.check_motions = check_motions;
+    const Verdict verdict = verify_broken(subject, {"motions"}, 8);
+    CHECK(verdict.exit_code == 1);
+    CHECK(verdict.text.find("violation: motions, ") != std::string::npos);
+    CHECK(verdict.text.find(", seed 1, round ") != std::string::npos);
+    return verdict.counts["parts"][0];
+  };
+  using Answer = MotionAnswer;
+  const Json missed = wrong(motions_answered_wrongly<Answer::kColliding, Answer::kFree>);
+  CHECK(sum_of(missed, "lost") == sum_of(motions, "touching"));
+  CHECK(sum_of(missed, "false_positives") == 0);
+  const Json alarms = wrong(motions_answered_wrongly<Answer::kFree, Answer::kColliding>);
+  CHECK(sum_of(alarms, "false_positives") > 0);
+  CHECK(sum_of(alarms, "lost") == 0);
+  CHECK(sum_of(wrong(motions_answered_wrongly<Answer::kFree, Answer::kTooClose>), "violations") > 0);
+  CHECK(sum_of(wrong(motions_answered_wrongly<Answer::kColliding, Answer::kTooClose>), "violations") > 0);
+  for (const Json& moments : {wrong(motions_touch_at<0>), wrong(motions_touch_at<1>)}) {
+    CHECK(broken_regimes(moments, "first, 1e-3").size() > 1);
+    CHECK(broken_regimes(moments, "any, 1e-3").empty());
+  }
 }
 
 }  // namespace cab::tests
