@@ -59,9 +59,23 @@ void boxes_by_leaf(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t liv
 template <class V>
 std::uint32_t ray_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry);
 template <class V>
+std::uint32_t ray_in_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry);
+template <class V>
 void point_boxes(const BoxTile& boxes, const float (&point)[3], float* distance_sq);
 template <class V>
 bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out);
+template <class V>
+void enter_rays(const double (&center)[3], double scale, RayTile& tile);
+template <class V>
+void cast_boxes(CastTile& tile);
+template <class V>
+void search_rays(const SearchedIndex& index, RaySearch* const* rays, std::uint32_t count);
+template <class V>
+void search_points(const SearchedIndex& index, PointSearch* const* points, std::uint32_t count);
+template <class V>
+std::uint32_t meet_nodes(const IndexNodes& index, const PointLanes& point, MetNode* out, std::uint64_t& opened);
+template <class V>
+SearchStop search_sphere(const SearchedIndex& index, SphereSearch& sphere);
 template <class V>
 bool walk_point(const IndexNodes& index, const PointLanes& point, IndexWalk& walk, MetBounds* out);
 template <class V>
@@ -116,8 +130,15 @@ constexpr KernelTable table_of(Isa isa) {
           contact_pairs<V>,
           boxes_by_leaf<V>,
           ray_boxes<V>,
+          ray_in_boxes<V>,
           point_boxes<V>,
           walk_ray<V>,
+          enter_rays<V>,
+          cast_boxes<V>,
+          search_rays<V>,
+          search_points<V>,
+          meet_nodes<V>,
+          search_sphere<V>,
           walk_point<V>,
           overlap_bounds<V>,
           plane_bounds<V>,

@@ -24,32 +24,56 @@ struct RayLanes {
   float above[3], below[3];
   float inverse[3];
   float begin, end;
+
+  // Whether what is entered then is not wanted any more.
+  CAB_INLINE bool skips(float entry) const { return entry > end; }
 };
 
-// Returns the lanes whose bounds the ray meets, and writes at which parameter it enters them, or less.
+// A ray that is compared with many bounds: the sides on which it enters and leaves them follow from its direction.
 template <class V>
-CAB_INLINE std::uint32_t ray_bounds(const BoundsRow& row, const RayLanes& ray, float* entry) {
-  std::uint32_t out = 0;
-  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    V near(ray.begin), far(ray.end);
+class RayWalk {
+ public:
+  explicit CAB_INLINE RayWalk(const RayLanes& ray) : ray_(ray) {
     for (std::uint32_t c = 0; c < 3; ++c) {
-      const V inverse(ray.inverse[c]);
-      const V lo = (Lanes<V>::load(row.side(c) + lane) - V(ray.above[c])) * inverse;
-      const V hi = (Lanes<V>::load(row.side(3 + c) + lane) - V(ray.below[c])) * inverse;
-      near = max(near, min(lo, hi));
-      far = min(far, max(lo, hi));
+      const std::uint32_t is_back = ray.inverse[c] < 0;  // a number: directions are not to be predicted
+      const float* const from[2] = {ray.above, ray.below};
+      near_side_[c] = c + 3 * is_back;
+      far_side_[c] = c + 3 - 3 * is_back;
+      near_[c] = V(from[is_back][c]);
+      far_[c] = V(from[1 - is_back][c]);
+      inverse_[c] = V(ray.inverse[c]);
     }
-    Lanes<V>::store(entry + lane, near);
-    out |= (~bits(near > far) & ((1u << kWidth<V>)-1)) << lane;
   }
-  return out;
-}
+
+  // Returns the lanes whose bounds the ray meets, and writes at which parameter it enters them, or less.
+  CAB_INLINE std::uint32_t operator()(const BoundsRow& row, float* entry) const {
+    std::uint32_t out = 0;
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+      V near(ray_.begin), far(ray_.end);
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        near = max(near, (Lanes<V>::load(row.side(near_side_[c]) + lane) - near_[c]) * inverse_[c]);
+        far = min(far, (Lanes<V>::load(row.side(far_side_[c]) + lane) - far_[c]) * inverse_[c]);
+      }
+      Lanes<V>::store(entry + lane, near);
+      out |= (~bits(near > far) & ((1u << kWidth<V>)-1)) << lane;
+    }
+    return out;
+  }
+
+ private:
+  const RayLanes& ray_;
+  std::uint32_t near_side_[3], far_side_[3];
+  V near_[3], far_[3], inverse_[3];
+};
 
 // Returns the lanes whose bounds are at most as far from a point as the square of a distance says, and writes the
 // squares of their distances, or less. above, below: as in RayLanes.
 struct PointLanes {
   float above[3], below[3];
   float most_sq;
+
+  // Whether what is so far away is not wanted any more.
+  CAB_INLINE bool skips(float distance_sq) const { return distance_sq > most_sq; }
 };
 template <class V>
 CAB_INLINE std::uint32_t point_bounds(const BoundsRow& row, const PointLanes& point, float* distance_sq) {

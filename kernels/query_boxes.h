@@ -5,6 +5,9 @@
 #include "kernels/box.h"
 #include "kernels/transpose.h"
 #include "layout/error_bounds.h"
+#include "layout/rounded_up.h"
+
+#include <limits>
 
 namespace cab::kernel {
 
@@ -30,52 +33,86 @@ void boxes_by_leaf(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t liv
 }
 
 // A ray, or a sphere that is moved along it, near boxes. Points are at + t direction, with t from `begin` to `end`,
-// which may be infinity. pad: the radius and what rounding may move (docs/proof.md, step 12.7). direction: of length 1,
-// to rounding.
+// which may be infinity. rounding: what rounding may move (docs/proof.md, step 12.7). direction: of length 1, to
+// rounding.
 struct BoxRay {
   float at[3], direction[3];
-  float pad;
+  float radius, rounding;
   float begin, end;
 };
 
-// Returns the lanes whose boxes the ray may meet, and writes at which t it enters them, or less.
-template <class V>
-std::uint32_t ray_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry) {
+// Whether boxes are larger than they are by all that a ray might miss, or smaller by all that it might not have met.
+enum class BoxSize { kLarger, kSmaller };
+
+template <class V, BoxSize size>
+CAB_INLINE std::uint32_t ray_resized_boxes(const BoxTile& boxes, const BoxRay& ray, float end, float* entry) {
   const Vec3<V> at = {V(ray.at[0]), V(ray.at[1]), V(ray.at[2])};
   const Vec3<V> direction = {V(ray.direction[0]), V(ray.direction[1]), V(ray.direction[2])};
-  const V least(static_cast<float>(kQueryLeastDirection)), skew(kQueryBoxSkew), pad(ray.pad);
+  const V least(static_cast<float>(kQueryLeastDirection)), skew(kQueryBoxSkew);
+  const V radius(ray.radius), rounding(ray.rounding);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const BoxLanes<V> box = load_box<V>(boxes, lane);
     const Vec3<V> to = box.center - at;
-    const V grow = pad + skew * (box.half.x + box.half.y + box.half.z);
-    const V halves[3] = {box.half.x + grow, box.half.y + grow, box.half.z + grow};
-    V near(ray.begin), far(ray.end);
+    const V pad = rounding + skew * (box.half.x + box.half.y + box.half.z), grow = radius + pad;
+    const V by = size == BoxSize::kLarger ? grow : V(0.0f) - pad;
+    const V halves[3] = {box.half.x + by, box.half.y + by, box.half.z + by};
+    V near(ray.begin), far(end);
     for (int k = 0; k < 3; ++k) {
       const V way = dot(box.axis[k], to), speed = dot(box.axis[k], direction);
       const V inverse = divide(V(1.0f), select(abs(speed) < least, least, speed));
-      const V lo = (way - halves[k]) * inverse, hi = (way + halves[k]) * inverse;
-      near = max(near, min(lo, hi));
-      far = min(far, max(lo, hi));
+      const V middle = way * inverse, half = halves[k] * abs(inverse);
+      near = max(near, middle - half);
+      far = min(far, middle + half);
     }
     Lanes<V>::store(entry + lane, near);
-    out |= (~bits(near > far) & ((1u << kWidth<V>)-1)) << lane;
+    const std::uint32_t met = size == BoxSize::kLarger ? ~bits(near > far) : bits(far >= near);
+    out |= (met & ((1u << kWidth<V>)-1)) << lane;
   }
   return out;
 }
 
-// Writes the square of the distance of a point from each box, whose root is off by at most what step 12.8 says.
+// Returns the lanes whose boxes the ray may meet, and writes at which t it enters them, or less.
+template <class V>
+std::uint32_t ray_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry) {
+  return ray_resized_boxes<V, BoxSize::kLarger>(boxes, ray, ray.end, entry);
+}
+
+// Returns lanes whose boxes the ray surely meets, and writes at which t it has entered them, or more. Of a sphere that
+// is moved the centre counts.
+template <class V>
+std::uint32_t ray_in_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry) {
+  return ray_resized_boxes<V, BoxSize::kSmaller>(boxes, ray, ray.end, entry);
+}
+
+// A length and its square as floats that are not smaller.
+CAB_INLINE float square_above(double length) {
+  return float_above(length * length * (1 + kQueryRayPad)) + 4 * std::numeric_limits<float>::min();
+}
+
+// The same not larger.
+CAB_INLINE float square_below(double length) {
+  const float out = float_below(length * length * (1 - kQueryRayPad)) - 4 * std::numeric_limits<float>::min();
+  return out > -1 ? out : -1;
+}
+
+// Squares of the distances of a point from some boxes, whose root is off by at most what step 12.8 says.
+template <class V>
+CAB_INLINE V distances_sq(const BoxTile& boxes, std::uint32_t lane, const Vec3<V>& at) {
+  const BoxLanes<V> box = load_box<V>(boxes, lane);
+  const Vec3<V> to = at - box.center;
+  const V x = max(V(0.0f), abs(dot(box.axis[0], to)) - box.half.x);
+  const V y = max(V(0.0f), abs(dot(box.axis[1], to)) - box.half.y);
+  const V z = max(V(0.0f), abs(dot(box.axis[2], to)) - box.half.z);
+  return x * x + y * y + z * z;
+}
+
+// Writes them for sixteen boxes.
 template <class V>
 void point_boxes(const BoxTile& boxes, const float (&point)[3], float* distance_sq) {
   const Vec3<V> at = {V(point[0]), V(point[1]), V(point[2])};
-  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    const BoxLanes<V> box = load_box<V>(boxes, lane);
-    const Vec3<V> to = at - box.center;
-    const V x = max(V(0.0f), abs(dot(box.axis[0], to)) - box.half.x);
-    const V y = max(V(0.0f), abs(dot(box.axis[1], to)) - box.half.y);
-    const V z = max(V(0.0f), abs(dot(box.axis[2], to)) - box.half.z);
-    Lanes<V>::store(distance_sq + lane, x * x + y * y + z * z);
-  }
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    Lanes<V>::store(distance_sq + lane, distances_sq<V>(boxes, lane, at));
 }
 
 }  // namespace cab::kernel

@@ -255,6 +255,48 @@ CAB_INLINE std::uint32_t bits(xsimd::batch_bool<double, xsimd::neon64> m) {
 }
 #endif
 
+// The lanes whose bits are set: the opposite.
+template <class V>
+struct MaskFromBits;
+template <>
+struct MaskFromBits<float> {
+  static CAB_INLINE bool get(std::uint32_t bits) { return bits & 1; }
+};
+#if XSIMD_WITH_AVX512F
+template <>
+struct MaskFromBits<Batch<xsimd::avx512bw>> {
+  static CAB_INLINE Mask<Batch<xsimd::avx512bw>> get(std::uint32_t bits) { return static_cast<__mmask16>(bits); }
+};
+#endif
+#if XSIMD_WITH_AVX2
+template <>
+struct MaskFromBits<Batch<xsimd::avx2>> {
+  static CAB_INLINE Mask<Batch<xsimd::avx2>> get(std::uint32_t bits) {
+    const __m256i weights = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    const __m256i all = _mm256_set1_epi32(static_cast<int>(bits));
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(all, weights), weights));
+  }
+};
+#endif
+#if XSIMD_WITH_SSE2
+template <>
+struct MaskFromBits<Batch<xsimd::sse2>> {
+  static CAB_INLINE Mask<Batch<xsimd::sse2>> get(std::uint32_t bits) {
+    const __m128i weights = _mm_setr_epi32(1, 2, 4, 8), all = _mm_set1_epi32(static_cast<int>(bits));
+    return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(all, weights), weights));
+  }
+};
+#endif
+#if XSIMD_WITH_NEON64
+template <>
+struct MaskFromBits<Batch<xsimd::neon64>> {
+  static CAB_INLINE Mask<Batch<xsimd::neon64>> get(std::uint32_t bits) {
+    const uint32x4_t weights = {1, 2, 4, 8};
+    return vtstq_u32(vdupq_n_u32(bits), weights);
+  }
+};
+#endif
+
 // The greatest lane. Lanes must not hold a NaN.
 CAB_INLINE float horizontal_max(float v) { return v; }
 CAB_INLINE double horizontal_max(double v) { return v; }

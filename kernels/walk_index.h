@@ -4,6 +4,8 @@
 #include "kernels/query_bounds.h"
 #include "layout/compiler.h"
 
+#include <limits>
+
 namespace cab::kernel {
 
 // An index as engine/queries/query_index.h makes it: the bounds of the children of node i of level k are
@@ -38,22 +40,33 @@ struct IndexWalk {
   Node nodes[IndexNodes::kMostLevels];
 };
 
-// The lane of those that are set in `lanes` with the least entry; of equal ones the lowest. lanes: not 0.
-inline std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLanes]) {
-  auto out = lowest_bit(lanes);
-  for (lanes &= lanes - 1; lanes; lanes &= lanes - 1) {
-    const auto lane = lowest_bit(lanes);
-    if (entry[lane] < entry[out]) out = lane;
-  }
-  return out;
+// The lane of those that are set in `lanes` with the least entry, or a NaN; of such ones the lowest. lanes: not 0.
+template <class V>
+CAB_INLINE std::uint32_t nearest_lane(std::uint32_t lanes, const float (&entry)[kLanes]) {
+  if (!(lanes & (lanes - 1))) return lowest_bit(lanes);
+  V least(std::numeric_limits<float>::infinity());
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    least = min(select(MaskFromBits<V>::get(lanes >> lane), Lanes<V>::load(entry + lane),
+                       V(std::numeric_limits<float>::infinity())),
+                least);
+  const V nearest(-horizontal_max(V(0.0f) - least));
+  std::uint32_t farther = 0;
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+    farther |= bits(Lanes<V>::load(entry + lane) > nearest) << lane;
+  return lowest_bit(lanes & ~farther);
 }
+
+// For walk_on: does nothing about what a walk reads next.
+struct ReadNothingAhead {
+  CAB_INLINE void operator()(std::uint32_t, std::uint32_t, std::uint32_t) const {}
+};
 
 // Goes on to the next child of level 0 that is met, and writes it. Returns false if there is none, or none that is
 // wanted. meets(row, entry): the lanes that a query meets, and when it enters each. skips(entry): whether what is
 // entered then is not wanted any more.
-template <class Meets, class Skips>
-CAB_INLINE bool walk_on(const IndexNodes& index, const Meets& meets, const Skips& skips, IndexWalk& walk,
-                        MetBounds* out) {
+template <class V, class Meets, class Skips, class Ahead>
+CAB_INLINE bool walk_on(const IndexNodes& index, const Meets& meets, const Skips& skips, const Ahead& ahead,
+                        IndexWalk& walk, MetBounds* out) {
   bool opens = !walk.has_begun && index.levels > 0;
   std::uint32_t level = index.levels - 1, number = 0;
   walk.has_begun = true;
@@ -65,12 +78,13 @@ CAB_INLINE bool walk_on(const IndexNodes& index, const Meets& meets, const Skips
       node.number = number;
       node.met = meets(BoundsRow{&index.nodes[at].lo[0][0], kLanes}, node.entry) & index.used[at];
       ++walk.opened;
+      ahead(level, number, node.met);
     }
     std::uint32_t lane = 0;
     for (; walk.depth > 0; --walk.depth) {
       const IndexWalk::Node& last = walk.nodes[walk.depth - 1];
       if (!last.met) continue;
-      lane = nearest_lane(last.met, last.entry);
+      lane = nearest_lane<V>(last.met, last.entry);
       if (!skips(last.entry[lane])) break;
     }
     if (walk.depth == 0) return false;
@@ -85,15 +99,7 @@ CAB_INLINE bool walk_on(const IndexNodes& index, const Meets& meets, const Skips
   }
 }
 
-// A ray on its way, and a point or a sphere.
-template <class V>
-struct RayWalk {
-  const RayLanes& ray;
-
-  CAB_INLINE std::uint32_t operator()(const BoundsRow& row, float* entry) const {
-    return ray_bounds<V>(row, ray, entry);
-  }
-};
+// A point or a sphere that is compared with many bounds.
 template <class V>
 struct PointWalk {
   const PointLanes& point;
@@ -103,16 +109,26 @@ struct PointWalk {
   }
 };
 
-// walk_on for them.
+// How they are compared with bounds.
+template <class V>
+CAB_INLINE RayWalk<V> walk_of(const RayLanes& ray) {
+  return RayWalk<V>(ray);
+}
+template <class V>
+CAB_INLINE PointWalk<V> walk_of(const PointLanes& point) {
+  return {point};
+}
+
+// walk_on for a ray, and for a point or a sphere.
 template <class V>
 bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out) {
-  return walk_on(
-      index, RayWalk<V>{ray}, [&ray](float entry) { return entry > ray.end; }, walk, out);
+  return walk_on<V>(
+      index, walk_of<V>(ray), [&ray](float entry) { return ray.skips(entry); }, ReadNothingAhead(), walk, out);
 }
 template <class V>
 bool walk_point(const IndexNodes& index, const PointLanes& point, IndexWalk& walk, MetBounds* out) {
-  return walk_on(
-      index, PointWalk<V>{point}, [&point](float entry) { return entry > point.most_sq; }, walk, out);
+  return walk_on<V>(
+      index, walk_of<V>(point), [&point](float entry) { return point.skips(entry); }, ReadNothingAhead(), walk, out);
 }
 
 }  // namespace cab::kernel

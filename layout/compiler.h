@@ -115,7 +115,8 @@ inline constexpr bool kLittleEndian = __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
 inline constexpr bool kLittleEndian = true;
 #endif
 
-// Asks for the cache line at an address, which need not be mapped.
+// Asks for the cache line at an address, which need not be mapped. GCC drops calls of functions that do only this, so
+// those are CAB_INLINE too.
 CAB_INLINE void prefetch_line(const void* at) {
 #if CAB_MSVC && CAB_X86_64
   _mm_prefetch(static_cast<const char*>(at), _MM_HINT_T0);

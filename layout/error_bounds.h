@@ -161,11 +161,15 @@ inline constexpr double kQueryRayPad = 0x1p-20;
 inline constexpr double kQueryLeafPad = 0x1p-19;
 
 // The same for their boxes: 64 u of all coordinates there, and 32 u of the sum of a box's half extents for axes that
-// are skew; step 12.7: 26 u, and 16 u. The distance of a point from a box may be off by 512 u of all coordinates; step
+// are skew; step 12.7: 30 u, and 23 u. The distance of a point from a box may be off by 512 u of all coordinates; step
 // 12.8: 150 u.
 inline constexpr double kQueryBoxPad = 0x1p-18;
 inline constexpr float kQueryBoxSkew = 0x1p-19f;
 inline constexpr double kQueryBoxDistance = 0x1p-15;
+
+// How far a posed box reaches from its centre, in the sum of its half extents: 256 u more, since its axes may be a
+// little longer than 1; steps 1.5 and 11.1: 12 u.
+inline constexpr double kBoxReach = 1 + 0x1p-16;
 
 // What rounding in double may move, as a share of the lengths from a query to an instance; steps 12.2 and 12.3: 2^-50.
 inline constexpr double kQueryRounding = 0x1p-49;

@@ -11,10 +11,6 @@
 namespace cab {
 namespace {
 
-Double3 double3(const float* v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 // The vertex of a hull farthest along d.
 Double3 farthest_vertex(Span<const float> vertices, const Double3& d) {
   Double3 best = double3(vertices.data);

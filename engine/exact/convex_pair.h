@@ -9,6 +9,9 @@
 namespace cab {
 
 using Double3 = kernel::Vec3<double>;
+inline Double3 double3(const float* v) {
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
 
 // A shape, and the pose of its link.
 struct PlacedShape {

@@ -42,7 +42,7 @@ bool walk_history(const QueryRun& run, std::uint32_t number, std::uint32_t histo
     if (!looks_at(query, *moment.from, cluster.batch, instance)) continue;
     const std::size_t bytes = from.articulation->link_count * kTickFloats * sizeof(float);
     for (const HistoryTick* tick : {moment.from, moment.to})
-      prefetch(pose_at(*tick, *from.articulation, instance), std::min(bytes, kPrefetchedBytes));
+      prefetch_bytes(pose_at(*tick, *from.articulation, instance), std::min(bytes, kPrefetchedBytes));
     goes_on = take(PastCandidate{number, history, instance, met.entry, moment, nullptr, 0, false});
   }
   run.own.stats.nodes += walk.opened;

@@ -10,7 +10,7 @@ namespace cab {
 namespace {
 
 // Poses the leaf boxes of a cluster into the worker's lists, which have room.
-void pose(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
+void pose(const QueryRun& run, const QueryCluster& cluster, kernel::PosedCluster& out) {
   const kernel::KernelTable& kernels = run.frame.kernels;
   const InstanceBatch& batch = run.frame.batch(cluster.batch);
   const std::uint32_t leaves = batch.active->leaf_count;
@@ -23,6 +23,7 @@ void pose(const QueryRun& run, const QueryCluster& cluster, PosedCluster& out) {
       {&batch, instances, refit_scope(Strategy::kRows, *batch.active), posing.boxes.data, posing.bounds.data}, posing);
   out.boxes = posed.boxes.end();
   out.batch = cluster.batch;
+  out.is_static = is_static(batch);
   out.leaves = leaves;
   float reach[kLanes];
   take_posed(kernels, posing, leaves, instances.count, {posed.boxes.end(), reach});
@@ -49,9 +50,9 @@ void take_posed(const kernel::KernelTable& kernels, PoseScratch& posing, std::ui
   }
 }
 
-const PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster) {
+const kernel::PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster) {
   PosedClusters& posed = run.own.posed;
-  PosedCluster& out = posed.clusters[cluster];
+  kernel::PosedCluster& out = posed.clusters[cluster];
   const QueryCluster& of = run.index.clusters.data[cluster];
   const std::uint32_t leaves = run.frame.batch(of.batch).active->leaf_count;
   if (posed.boxes.size + of.count * tile_count(leaves) > posed.boxes.capacity) forget_clusters(posed);

@@ -99,6 +99,30 @@ void order_points(Span<IndexedPoint> points, TaskRunner& tasks) {
   tasks.for_each(count, [&](std::uint32_t task, std::uint32_t) { order_points(parts[task]); });
 }
 
+// The number of a point's cell along the curve. at: between -1 and 1, or outside of the index.
+std::uint32_t curve_key(const double (&at)[3]) {
+  constexpr double kCells = 1 << kBitsPerAxis;
+  std::uint64_t key = 0;
+  for (int c = 0; c < 3; ++c) {
+    const double cell = std::min(std::max(0.0, 0.5 * (at[c] + 1) * kCells), kCells - 1);  // 0 for NaN
+    key |= spread_bits(static_cast<std::uint64_t>(cell)) << c;
+  }
+  return static_cast<std::uint32_t>(key);
+}
+std::uint32_t curve_key(const IndexedPoint& point) {
+  return curve_key(
+      {static_cast<double>(point.at[0]), static_cast<double>(point.at[1]), static_cast<double>(point.at[2])});
+}
+
+// Arranges the points of some instances, which begin at `begin` of the bounds, along the curve.
+void order_on_curve(std::uint32_t begin, Span<IndexedPoint> points, const QueryIndex& index) {
+  const Span<KeyedNumber> keys = {index.keys.data, points.size};
+  for (std::size_t i = 0; i < points.size; ++i) keys[i] = {curve_key(points[i]), points[i].number};
+  sort_by_key(keys, {index.other_keys.data, points.size});
+  for (std::size_t i = 0; i < points.size; ++i)
+    points[i] = point_of(index.bounds[begin + keys[i].number], keys[i].number, index);
+}
+
 // Lists the instances of one batch that have bounds, and cuts them into clusters. given: how many there are, of which
 // instance_at gives the numbers.
 template <class InstanceAt, class Order>
@@ -110,13 +134,13 @@ void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at
     const InstanceBounds& bounds = index.bounds[begin + instance];
     if (has_bounds(bounds)) index.order[begin + count++] = point_of(bounds, instance, index);
   }
-  order({index.order.data + begin, count});
+  order(begin, Span<IndexedPoint>{index.order.data + begin, count});
   for (std::uint32_t first = 0; first < count; first += kLanes)
     index.clusters.push({slot, begin + first, std::min(kLanes, count - first)});
 }
 
 // Puts clusters near each other together.
-void order_clusters(QueryIndex& index) {
+void order_clusters(Arrangement arrangement, QueryIndex& index) {
   const FixedList<QueryCluster>& clusters = index.clusters;
   for (std::uint32_t i = 0; i < clusters.size; ++i) {
     const QueryCluster& of = clusters.data[i];
@@ -124,9 +148,16 @@ void order_clusters(QueryIndex& index) {
     index.cluster_order[i].number = i;
     index.unordered.data[i] = of;
   }
-  order_points({index.cluster_order.data, clusters.size});
-  for (std::uint32_t i = 0; i < clusters.size; ++i)
-    clusters.data[i] = index.unordered.data[index.cluster_order[i].number];
+  if (arrangement == Arrangement::kHalved) {
+    order_points({index.cluster_order.data, clusters.size});
+    for (std::uint32_t i = 0; i < clusters.size; ++i)
+      clusters.data[i] = index.unordered.data[index.cluster_order[i].number];
+  } else {
+    const Span<KeyedNumber> keys = {index.keys.data, clusters.size};
+    for (std::uint32_t i = 0; i < clusters.size; ++i) keys[i] = {curve_key(index.cluster_order[i]), i};
+    sort_by_key(keys, {index.other_keys.data, clusters.size});
+    for (std::uint32_t i = 0; i < clusters.size; ++i) clusters.data[i] = index.unordered.data[keys[i].number];
+  }
 }
 
 // Writes one child of a node. Rounding to float is less than half of kQueryPad.
@@ -193,14 +224,9 @@ void lay_out_levels(QueryIndex& index) {
 }  // namespace
 
 std::uint32_t curve_key(const QueryIndex& index, const double* point) {
-  constexpr double kCells = 1 << kBitsPerAxis;
-  std::uint64_t key = 0;
-  for (int c = 0; c < 3; ++c) {
-    const double at = index.scale * (point[c] - index.center[c]);
-    const double cell = std::min(std::max(0.0, 0.5 * (at + 1) * kCells), kCells - 1);  // 0 for NaN
-    key |= spread_bits(static_cast<std::uint64_t>(cell)) << c;
-  }
-  return static_cast<std::uint32_t>(key);
+  double at[3];
+  for (int c = 0; c < 3; ++c) at[c] = index.scale * (point[c] - index.center[c]);
+  return curve_key(at);
 }
 
 void sort_by_key(Span<KeyedNumber> order, Span<KeyedNumber> other) {
@@ -238,7 +264,7 @@ void lay_out_index(StoredBatches batches, QueryIndex& index) {
   }
 }
 
-void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryIndex& index) {
+void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& pool, QueryIndex& index) {
   Hull all;
   const auto for_each_given = [&](auto&& take) {
     for (std::uint32_t slot = 0; slot < batches.size; ++slot)
@@ -255,12 +281,15 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
   for_each_given([&](const InstanceBatch& batch, std::uint32_t slot) {
     add_batch(
         slot, active_count(batch), [&batch](std::uint32_t place) { return active_instance(batch, place); },
-        [&](Span<IndexedPoint> points) {
-          if (sorted) order_points(points, *pool.tasks);
+        [&](std::uint32_t begin, Span<IndexedPoint> points) {
+          if (arrangement == Arrangement::kHalved)
+            order_points(points, *pool.tasks);
+          else
+            order_on_curve(begin, points, index);
         },
         index);
   });
-  if (sorted) order_clusters(index);
+  order_clusters(arrangement, index);
   lay_out_levels(index);
   const std::uint32_t clusters = index.clusters.size;
   pool.tasks->for_each((clusters + kNodesPerTask - 1) / kNodesPerTask, [&](std::uint32_t task, std::uint32_t) {
@@ -268,7 +297,7 @@ void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryInde
     for (std::uint32_t cluster = task * kNodesPerTask; cluster < end; ++cluster) make_cluster_node(index, cluster);
   });
   make_inner_nodes(index);
-  index.is_sorted = sorted;
+  index.arrangement = arrangement;
 }
 
 void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
@@ -279,12 +308,12 @@ void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
   index.clusters.clear();
   add_batch(
       slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; },
-      [](Span<IndexedPoint> points) { order_points(points); }, index);
-  order_clusters(index);
+      [](std::uint32_t, Span<IndexedPoint> points) { order_points(points); }, index);
+  order_clusters(Arrangement::kHalved, index);
   lay_out_levels(index);
   for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);
   make_inner_nodes(index);
-  index.is_sorted = true;
+  index.arrangement = Arrangement::kHalved;
 }
 
 }  // namespace cab

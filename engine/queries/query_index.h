@@ -30,6 +30,12 @@ struct QueryCluster {
   std::uint32_t count;
 };
 
+// How the instances of each batch are arranged: what takes longer saves nodes that queries are compared with.
+enum class Arrangement : std::uint8_t {
+  kOnCurve,  // along a Z-order curve
+  kHalved,   // halved along the axis of most spread, again and again
+};
+
 // The bounds of the children of node i of level k are nodes[level_begin[k] + i], with children as lanes: on level 0 the
 // instances of cluster i, on others the nodes 16 i to 16 i + 15 of the level below. Positions are relative to `center`
 // and multiplied by `scale`, so that all are between -1 and 1, and bounds are larger by kQueryPad.
@@ -37,20 +43,23 @@ struct QueryIndex {
   static constexpr std::uint32_t kMostLevels = kernel::IndexNodes::kMostLevels;
 
   std::uint64_t of_frame = 0;  // Engine::bounds_of_frame, if it holds the instances of that frame
-  bool is_sorted = false;
+  Arrangement arrangement = Arrangement::kOnCurve;
+  std::size_t gain =
+      0;  // what halving gains for queries about that frame, in what a ray gains, as far as it was counted
   std::uint32_t levels = 0;
   std::uint32_t level_begin[kMostLevels + 1] = {};
   double center[3] = {}, scale = 1;
   FixedList<QueryCluster> clusters;
   FixedList<AabbTile> nodes;
-  Span<std::uint16_t> used;           // by node: bits of the children that it has
-  Span<IndexedPoint> order;           // the instances, by batch, then by cluster
-  Span<IndexedPoint> cluster_order;   // scratch: the clusters
-  FixedList<QueryCluster> unordered;  // scratch: the clusters as batches have them
-  Span<InstanceBounds> bounds;        // by batch, then by instance: those of this call
-  Span<std::uint32_t> given;          // by index of the batch: how many of its instances were given
-  Span<std::uint32_t> batch_begin;    // by index of the batch: where its instances begin in `order`, `bounds`; empty
-                                      // if there is one batch
+  Span<std::uint16_t> used;            // by node: bits of the children that it has
+  Span<IndexedPoint> order;            // the instances, by batch, then by cluster
+  Span<KeyedNumber> keys, other_keys;  // scratch, for kOnCurve: by instance
+  Span<IndexedPoint> cluster_order;    // scratch: the clusters
+  FixedList<QueryCluster> unordered;   // scratch: the clusters as batches have them
+  Span<InstanceBounds> bounds;         // by batch, then by instance: those of this call
+  Span<std::uint32_t> given;           // by index of the batch: how many of its instances were given
+  Span<std::uint32_t> batch_begin;     // by index of the batch: where its instances begin in `order`, `bounds`; empty
+                                       // if there is one batch
 
   std::uint32_t begin_of(std::uint32_t batch) const { return batch_begin.empty() ? 0 : batch_begin[batch]; }
 
@@ -89,11 +98,10 @@ void sort_by_key(Span<KeyedNumber> order, Span<KeyedNumber> other);
 // Sets where the instances of each batch begin: before their bounds are stored.
 void lay_out_index(StoredBatches batches, QueryIndex& index);
 
-// Makes the index of all given instances whose bounds are not kNoBounds. sorted: whether instances near each other are
-// put together, which pays where many queries are asked; else they stay in the order of their numbers.
-void build_index(StoredBatches batches, bool sorted, WorkerPool& pool, QueryIndex& index);
+// Makes the index of all given instances whose bounds are not kNoBounds.
+void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& pool, QueryIndex& index);
 
-// Makes an index of one batch, from index.bounds of its instances alone. slot: index of the batch.
+// Makes an index of one batch, halved, from index.bounds of its instances alone. slot: index of the batch.
 void build_index_of_one(std::uint32_t slot, QueryIndex& index);
 
 }  // namespace cab

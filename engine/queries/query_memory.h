@@ -2,6 +2,8 @@
 #pragma once
 
 #include "engine/queries/query_index.h"
+#include "kernels/posed_cluster.h"
+#include "kernels/search_round.h"
 #include "layout/tile.h"
 
 #include <cab/query.h>
@@ -11,28 +13,9 @@
 
 namespace cab {
 
-// A cluster whose leaf boxes a worker has posed, with leaves as lanes: those of lane i begin at boxes[i *
-// tile_count(leaves)].
-struct PosedCluster {
-  struct Lane {
-    double origin[3];  // of the instance, in the world
-    float reach;       // the largest coordinate of any leaf's bounds
-    std::uint32_t instance;
-  };
-
-  std::uint32_t generation;  // of the worker's set; any other: not posed
-  std::uint32_t live;        // bits of the lanes whose pose is valid
-  std::uint32_t batch;       // index of the batch
-  std::uint32_t leaves;      // of each instance
-  const BoxTile* boxes;
-  Lane lanes[kLanes];
-
-  const BoxTile* boxes_of(std::uint32_t lane) const { return boxes + std::size_t{lane} * tile_count(leaves); }
-};
-
 // The clusters that a worker has posed, until there is no room for another.
 struct PosedClusters {
-  Span<PosedCluster> clusters;  // by index of the cluster
+  Span<kernel::PosedCluster> clusters;  // by index of the cluster
   FixedList<BoxTile> boxes;
   std::uint32_t generation = 1;
 };
@@ -52,17 +35,21 @@ struct QueryWorker {
 
   Arena arena;
   PosedClusters posed;
-  FixedList<MetInstance> met;       // by one query, where hits have no distance
-  FixedList<QueryHit> hits;         // of the queries of a chunk, until they are written in order
-  FixedList<QueryHit> of_instance;  // of one query and instance: one per link
-  Span<std::uint32_t> at_link;      // by link: 1 + its index in of_instance; 0 between instances
+  FixedList<MetInstance> met;               // by one query, where hits have no distance
+  FixedList<kernel::MetNode> met_nodes;     // by one sphere
+  FixedList<kernel::MetLeaves> met_leaves;  // likewise
+  FixedList<kernel::MetLeaves> overlapped;  // of the queries of a chunk, until they are written as hits
+  FixedList<QueryHit> hits;                 // of the queries of a chunk, until they are written in order
+  FixedList<QueryHit> of_instance;          // of one query and instance: one per link
+  Span<std::uint32_t> at_link;              // by link: 1 + its index in of_instance; 0 between instances
   QueryStats stats;
 };
 
-// Where the hits of a query are.
+// Where the hits of a query are: in QueryWorker::hits, or as bits in QueryWorker::overlapped.
 struct QueryResult {
-  std::uint32_t worker, begin;  // in QueryWorker::hits, if `is_stored`
+  std::uint32_t worker, begin;  // if `is_stored`
   std::uint32_t count;
+  std::uint32_t tiles;  // how many it has in QueryWorker::overlapped, if it is answered by bits
   bool is_stored, is_found;
 };
 
@@ -72,6 +59,7 @@ struct QueryMemory {
   Arena arena;
   std::size_t queries = 0;  // how many are worked on at a time
   QueryIndex index;
+  Span<const std::uint32_t*> layers;     // by index of the batch: those of its input, or null
   Span<KeyedNumber> order, other_order;  // of the queries of a chunk along the index's curve
   Span<QueryResult> results;             // by query of a chunk
   Span<std::size_t> hit_begin;           // by query of a chunk: how many hits of the job come before its own

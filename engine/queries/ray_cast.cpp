@@ -1,5 +1,6 @@
 #include "engine/queries/ray_cast.h"
 
+#include "kernels/cast_box.h"
 #include "kernels/convex/gjk.h"
 #include "kernels/convex/support.h"
 #include "layout/error_bounds.h"
@@ -21,21 +22,11 @@ constexpr int kNewtonSteps = 60;  // for the closest point of an ellipsoid
 
 double length(const Double3& v) { return std::sqrt(dot(v, v)); }
 
-Double3 double3(const float* v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
 double norm_1(const Double3& v) { return kernel::sum(kernel::abs(v)); }
 
 // What is left of a ray: the range in which the sphere may touch a shape. The shape is a core and a ball about it, as
 // the sphere is a point and a ball, and both radii are in `radius`. Points are relative to the core's centre.
-struct Chord {
-  Double3 from, along;  // points are from + s along
-  double first, last;   // the range of s
-  double radius;
-  double slack;
-  Double3 normal;  // of the plane that `first` is on; 0 before there is one
-
+struct Chord : kernel::RayChord<double> {
   Double3 at(double s) const { return from + s * along; }
 
   // Takes away what the plane across a normal of length 1 keeps apart. height: how far the core reaches along the
@@ -130,9 +121,8 @@ struct Ellipsoid {
 // double if not.
 struct Brick {
   Double3 axis[3];
-  Double3 normal[3];  // of the faces, of length 1
   double half[3];
-  double face[3];  // how far the faces are from the centre
+  kernel::BoxFaces<double> faces;
   bool is_skew;
 
   double height(const Double3& n) const {
@@ -249,11 +239,8 @@ bool cut_at_entry(Chord& chord, const Ellipsoid& core) {
 }
 
 bool cut_at_entry(Chord& chord, const Brick& core) {
-  for (int k = 0; k < 3; ++k) {
-    const Double3& n = core.normal[k];
-    if (!chord.cut(n, core.face[k]) || !chord.cut({-n.x, -n.y, -n.z}, core.face[k])) return false;
-  }
-  return true;
+  kernel::cut_at_faces(core.faces, chord);
+  return chord.is_left;
 }
 
 // The hull of vertices, relative to `shape.part`'s origin, times a factor.
@@ -364,10 +351,8 @@ double reach_of(const ConvexShape& shape) {
          std::numeric_limits<float>::epsilon() * norm_1(middle);
 }
 
-// How far a box reaches from its centre. Its axes may be a little longer than 1.
 double reach_of(const BoxAos& box) {
-  constexpr double kLonger = 1 + 128 * static_cast<double>(std::numeric_limits<float>::epsilon());
-  return kLonger *
+  return kBoxReach *
          (static_cast<double>(box.half[0]) + static_cast<double>(box.half[1]) + static_cast<double>(box.half[2]));
 }
 
@@ -378,19 +363,11 @@ double slack_of(const LocalRay& ray, double reach, double away) {
 // A chord of the ray about a centre, in the world's axes, or none if the ray passes a ball about it. reach: the radius
 // of a ball about the centre that contains the shape. *shift: the t where the chord's s is 0.
 bool begin_chord(const LocalRay& ray, const Double3& to_ray, double reach, double slack, Chord* out, double* shift) {
-  const double t = -dot(to_ray, ray.direction);
-  out->from = to_ray + t * ray.direction;
-  out->along = ray.direction;
-  const double near = (reach + ray.radius) + slack;
-  if (dot(out->from, out->from) > near * near) return false;
-  const double beyond = 2 * near + 8 * slack;
-  out->first = std::max(ray.begin - t, -beyond);
-  out->last = std::min(ray.end - t, beyond);
   out->radius = ray.radius;
   out->slack = slack;
-  out->normal = {0, 0, 0};
-  *shift = t;
-  return out->first <= out->last;
+  kernel::begin_chord(to_ray, ray.direction, ray.begin, ray.end, reach, *out);
+  *shift = out->shift;
+  return out->is_left;
 }
 
 void turn(const Double3 (&column)[3], Double3& v) { v = {dot(column[0], v), dot(column[1], v), dot(column[2], v)}; }
@@ -447,8 +424,9 @@ bool cast_hull(Chord& chord, const ConvexShape& shape, double scale, double size
   int exponent = 0;
   std::frexp(size, &exponent);
   const double by = std::ldexp(1.0, -exponent);
-  Chord scaled = {by * chord.from,   chord.along,      by * chord.first, by * chord.last,
-                  by * chord.radius, by * chord.slack, chord.normal};
+  Chord scaled = chord;
+  scaled.from = by * chord.from;
+  for (double* const length : {&scaled.first, &scaled.last, &scaled.radius, &scaled.slack}) *length *= by;
   const bool does_touch =
       advance(scaled, {shape.part->vertices, by * scale}, by * to_middle - scaled.at(scaled.first), by * size);
   chord.first = scaled.first / by;
@@ -478,11 +456,7 @@ bool cast_ray(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
     brick.axis[k] = double3(box.axis + 3 * k);
     brick.half[k] = static_cast<double>(box.half[k]);
   }
-  for (int k = 0; k < 3; ++k) {
-    const Double3 n = cross(brick.axis[(k + 1) % 3], brick.axis[(k + 2) % 3]);
-    brick.normal[k] = (1 / length(n)) * n;
-    brick.face[k] = brick.half[k] * std::fabs(dot(brick.normal[k], brick.axis[k]));
-  }
+  kernel::set_faces(brick.axis, brick.half, brick.faces);
   return cast_brick(ray, brick, double3(box.center), reach_of(box), ray_slack(ray, box), out);
 }
 
@@ -496,10 +470,10 @@ bool cast_ray(const LocalRay& ray, const ConvexShape& shape, const StoredPose& a
   if (shape.kind == ConvexKind::kBox) {
     Brick brick;
     brick.is_skew = false;
-    for (int k = 0; k < 3; ++k) brick.axis[k] = brick.normal[k] = place.column[k];
-    brick.half[0] = brick.face[0] = size.x;
-    brick.half[1] = brick.face[1] = size.y;
-    brick.half[2] = brick.face[2] = size.z;
+    for (int k = 0; k < 3; ++k) brick.axis[k] = brick.faces.normal[k] = place.column[k];
+    brick.half[0] = brick.faces.face[0] = size.x;
+    brick.half[1] = brick.faces.face[1] = size.y;
+    brick.half[2] = brick.faces.face[2] = size.z;
     return cast_brick(ray, brick, place.center, reach, slack, out);
   }
   Chord chord;

@@ -6,6 +6,7 @@
 #include "layout/error_bounds.h"
 #include "layout/rounded_up.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cab {
@@ -13,64 +14,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Double3 unit_direction(const float (&direction)[3]) {
-  const Double3 d = {direction[0], direction[1], direction[2]};
-  const double most = kernel::max_component(kernel::abs(d));
-  if (!(most > 0)) return {1, 0, 0};  // a ray of length 0
-  return kernel::normalized(Double3{d.x / most, d.y / most, d.z / most});
-}
-
-// Sets where a ray begins in some frame. pad: the radius and what rounding may move.
-void set_start(const Double3& from, double pad, kernel::RayLanes& lanes) {
-  const double at[3] = {from.x, from.y, from.z};
-  for (int c = 0; c < 3; ++c) {
-    lanes.above[c] = static_cast<float>(at[c] + pad);
-    lanes.below[c] = static_cast<float>(at[c] - pad);
-  }
-}
-
 double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
 
 }  // namespace
 
 RayQuery::RayQuery(const QueryRun& run, const Query& query, LinkHits& hits)
-    : run_(run),
-      query_(query),
-      hits_(hits),
-      direction_(unit_direction(query.direction)),
-      length_(static_cast<double>(query.length)) {
-  const double along[3] = {direction_.x, direction_.y, direction_.z};
-  for (int c = 0; c < 3; ++c) {
-    const double least = std::max(std::fabs(along[c]), kQueryLeastDirection);
-    inverse_[c] = 1 / (along[c] < 0 ? -least : least);
-    lanes_.inverse[c] = static_cast<float>(inverse_[c]);
-  }
-}
-
-// Moves the start to where the ray enters the cube of the index. Returns false if it passes by (docs/proof.md, step
-// 12.2).
-bool RayQuery::enter_index() {
-  const QueryIndex& index = run_.index;
-  const double* const at = query_.position;
-  const Double3 from = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
-                        index.scale * (at[2] - index.center[2])};
-  const double radius = index.scale * static_cast<double>(query_.radius), away = sum_of(from);
-  const double half = 1.01 + radius + 4 * kQueryLeastDirection * away;
-  const double position[3] = {from.x, from.y, from.z};
-  double near = 0, far = index.scale * length_;
-  for (int c = 0; c < 3; ++c) {
-    const double x = (-half - position[c]) * inverse_[c], y = (half - position[c]) * inverse_[c];
-    near = std::max(near, std::min(x, y));
-    far = std::min(far, std::max(x, y));
-  }
-  if (near > far) return false;
-  entered_ = near;
-  const double rounding = 2 * kQueryRayPad * (1 + radius) + kQueryRounding * (away + near);
-  set_start(from + near * direction_, radius + rounding, lanes_);
-  lanes_.begin = 0;
-  lanes_.end = float_above((far - near) + kQueryPad);
-  return true;
-}
+    : run_(run), query_(query), hits_(hits), length_(static_cast<double>(query.length)) {}
 
 // Leaves out what is farther than the links that were found.
 void RayQuery::shorten() {
@@ -81,7 +30,26 @@ void RayQuery::shorten() {
 }
 
 bool RayQuery::enter() {
-  if (!enter_index()) return false;
+  const QueryIndex& index = run_.index;
+  kernel::EnteringRay<double> ray;
+  ray.from = {query_.position[0], query_.position[1], query_.position[2]};
+  ray.direction = double3(query_.direction);
+  ray.length = length_;
+  ray.radius = static_cast<double>(query_.radius);
+  aim(ray);
+  enter_index(index.center, index.scale, ray);
+  direction_ = ray.along;
+  if (ray.misses) return false;
+  entered_ = ray.entered;
+  const double start[3] = {ray.start.x, ray.start.y, ray.start.z};
+  const double inverse[3] = {ray.inverse.x, ray.inverse.y, ray.inverse.z};
+  for (int c = 0; c < 3; ++c) {
+    lanes_.above[c] = static_cast<float>(start[c] + ray.pad);
+    lanes_.below[c] = static_cast<float>(start[c] - ray.pad);
+    lanes_.inverse[c] = static_cast<float>(inverse[c]);
+  }
+  lanes_.begin = 0;
+  lanes_.end = float_above(ray.end);
   shorten();
   return true;
 }
@@ -108,44 +76,197 @@ bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t
   return touches;
 }
 
+RayQuery::Local RayQuery::at_instance(const PosedInstance& one) const {
+  Local out;
+  out.to = {one.apart[0], one.apart[1], one.apart[2]};
+  out.nearest = std::min(std::max(kernel::dot(out.to, direction_), 0.0), length_);
+  out.ray.at = out.nearest * direction_ - out.to;
+  out.ray.direction = direction_;
+  out.ray.begin = -out.nearest;
+  out.ray.radius = static_cast<double>(query_.radius);
+  out.ray.error = kQueryRounding * (sum_of(out.to) + out.nearest);
+  set_end(out);
+  return out;
+}
+
+// Ends the ray where nothing that comes then is wanted.
+void RayQuery::set_end(Local& local) const {
+  const double most = (1 + kOutwards) * static_cast<double>(hits_.most());
+  local.ray.end = std::min(length_, most) - local.nearest;
+}
+
+void RayQuery::test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf) {
+  RayTouch touch;
+  if (!cast(one, local.ray, leaf, &touch)) return;
+  const Double3 point = touch.inside ? Double3{0, 0, 0} : touch.point + local.to;
+  hits_.add(one, leaf, static_cast<float>(std::max(local.nearest + touch.at, 0.0)), floats(point), floats(touch.normal),
+            touch.inside);
+  set_end(local);
+}
+
 void RayQuery::test(const PosedInstance& one) {
-  const Double3 to = {one.apart[0], one.apart[1], one.apart[2]};
-  const double nearest = std::min(std::max(kernel::dot(to, direction_), 0.0), length_);
-  LocalRay ray;
-  ray.at = nearest * direction_ - to;
-  ray.direction = direction_;
-  ray.begin = -nearest;
-  ray.radius = static_cast<double>(query_.radius);
-  ray.error = kQueryRounding * (sum_of(to) + nearest);
+  Local local = at_instance(one);
+  const LocalRay& ray = local.ray;
   const double size = sum_of(ray.at) + static_cast<double>(one.reach);
   kernel::BoxRay lanes = {
       {static_cast<float>(ray.at.x), static_cast<float>(ray.at.y), static_cast<float>(ray.at.z)},
       {static_cast<float>(direction_.x), static_cast<float>(direction_.y), static_cast<float>(direction_.z)},
-      float_above((ray.radius + ray.error) + kQueryBoxPad * (size + ray.radius)) +
-          4 * std::numeric_limits<float>::min(),
-      0,
-      0};
-  lanes.begin = float_below(ray.begin);
-  const auto set_end = [&] {
-    const double most = (1 + kOutwards) * static_cast<double>(hits_.most());
-    ray.end = std::min(length_, most) - nearest;
-    lanes.end = float_above(ray.end);
-  };
-  set_end();
+      float_above(ray.radius),
+      float_above(ray.error + kQueryBoxPad * (size + ray.radius)) + 4 * std::numeric_limits<float>::min(),
+      float_below(ray.begin),
+      float_above(ray.end)};
   for_each_leaf(
       run_, one, [&](const BoxTile& boxes, float* entry) { return run_.frame.kernels.ray_boxes(boxes, lanes, entry); },
       [&](float entry) { return entry > lanes.end; },
       [&](std::uint32_t leaf) {
-        RayTouch touch;
-        if (!cast(one, ray, leaf, &touch)) return;
-        const Double3 point = touch.inside ? Double3{0, 0, 0} : touch.point + to;
-        hits_.add(one, leaf, static_cast<float>(std::max(nearest + touch.at, 0.0)), floats(point), floats(touch.normal),
-                  touch.inside);
-        set_end();
+        test_leaf(one, local, leaf);
+        lanes.end = float_above(ray.end);
       },
       [&] { return hits_.is_done(); });
   hits_.finish();
   shorten();
+}
+
+// Tests the leaves that a search has met, the nearest first, and forgets them.
+void RayQuery::test_met(kernel::RaySearch& search) {
+  const auto begin = search.met, end = begin + search.met_count;
+  std::sort(begin, end, kernel::MetNearer());
+  for (const kernel::MetLeaf* leaf = begin; leaf != end && !hits_.is_done(); ++leaf) {
+    if (static_cast<double>(leaf->entry) > search.end) break;
+    ++run_.own.stats.leaf_tests;
+    const PosedInstance one = instance_at(run_, query_, leaf->node, leaf->lane);
+    Local local = at_instance(one);
+    test_leaf(one, local, leaf->leaf);
+    if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
+  }
+  search.met_count = 0;
+  if (!search.way.is_within) hits_.finish();
+}
+
+void RayQuery::finish(kernel::RaySearch& search) {
+  direction_ = {search.along[0], search.along[1], search.along[2]};
+  for (;;) {
+    if (search.any && search.is_met)
+      hits_.set_found();
+    else
+      test_met(search);
+    if (search.stop == kernel::SearchStop::kEnd || hits_.is_done()) break;
+    search.stop = kernel::SearchStop::kGoesOn;
+    search_by_turns(run_, run_.frame.kernels.search_rays, &search, 1);
+  }
+  count_search(run_, search);
+}
+
+namespace {
+
+// Takes the rays to the run's index.
+void enter(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RayTile& tile) {
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const Query& query = run.job.queries[numbers[lane < numbers.size ? lane : 0]];
+    for (int c = 0; c < 3; ++c) {
+      tile.position[c][lane] = query.position[c];
+      tile.direction[c][lane] = static_cast<double>(query.direction[c]);
+    }
+    tile.length[lane] = static_cast<double>(query.length);
+    tile.radius[lane] = static_cast<double>(query.radius);
+  }
+  run.frame.kernels.enter_rays(run.index.center, run.index.scale, tile);
+}
+
+void begin_search(const QueryRun& run, const Query& query, const kernel::RayTile& entering, std::uint32_t lane,
+                  kernel::RaySearch& out) {
+  out.filter = filter_of(query);
+  for (int c = 0; c < 3; ++c) {
+    out.lanes.above[c] = entering.above[c][lane];
+    out.lanes.below[c] = entering.below[c][lane];
+    out.lanes.inverse[c] = entering.inverse[c][lane];
+    out.along[c] = entering.along[c][lane];
+  }
+  out.lanes.begin = 0;
+  out.lanes.end = entering.end[lane];
+  out.entered = entering.entered[lane];
+  out.scale = run.index.scale;
+  out.unit = std::min(1 / out.scale, std::numeric_limits<double>::max());
+  out.radius = entering.radius[lane];
+  out.end = entering.length[lane];
+  out.box_decides = run.job.exact == Exact::kNone && query.want != QueryWant::kAll;
+  out.any = query.want == QueryWant::kAny;
+  if (!(entering.enters >> lane & 1)) out.stop = kernel::SearchStop::kEnd;
+}
+
+// The leaf that a search has met first.
+const kernel::MetLeaf& nearest_met(const kernel::RaySearch& search) {
+  return *std::min_element(search.met, search.met + search.met_count, kernel::MetNearer());
+}
+
+}  // namespace
+
+void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RaySearch* searches) {
+  kernel::RayTile entering;
+  enter(run, numbers, entering);
+  for (std::uint32_t i = 0; i < numbers.size; ++i)
+    begin_search(run, run.job.queries[numbers[i]], entering, i, searches[i]);
+  search_by_turns(run, run.frame.kernels.search_rays, searches, static_cast<std::uint32_t>(numbers.size));
+}
+
+void cast_first(const QueryRun& run, Span<const std::uint32_t> numbers, const kernel::RaySearch* searches,
+                FirstTouches& out) {
+  out.decided = out.found = out.named = 0;
+  std::uint32_t cast = 0;
+  for (std::uint32_t i = 0; i < numbers.size; ++i) {
+    const kernel::RaySearch& search = searches[i];
+    if (search.stop != kernel::SearchStop::kEnd || !search.box_decides) continue;
+    if (search.met_count == 0 || (search.any && search.is_met)) {
+      out.decided |= 1u << i;
+      out.found |= std::uint32_t{search.is_met} << i;
+    } else if (!search.any && search.radius == 0) {
+      cast |= 1u << i;
+      const kernel::MetLeaf& leaf = nearest_met(search);
+      const kernel::PosedCluster& cluster = posed_cluster(run, leaf.node);
+      const kernel::PosedCluster::Lane& of = cluster.lanes[leaf.lane];
+      const BoxTile& box = cluster.boxes_of(leaf.lane)[leaf.leaf / kLanes];
+      const std::uint32_t lane = leaf.leaf % kLanes;
+      out.at[i] = {cluster.batch, of.instance, leaf.leaf};
+      for (int c = 0; c < 3; ++c) {
+        out.tile.apart[c][i] = of.origin[c] - search.filter.position[c];
+        out.tile.along[c][i] = search.along[c];
+        out.tile.center[c][i] = box.center[c][lane];
+        out.tile.half[c][i] = box.half[c][lane];
+        for (int k = 0; k < 3; ++k) out.tile.axis[k][c][i] = box.axis[k][c][lane];
+      }
+      out.tile.length[i] = static_cast<double>(run.job.queries[numbers[i]].length);
+    }
+  }
+  if (cast) run.frame.kernels.cast_boxes(out.tile);
+  for (std::uint32_t left = cast & out.tile.meets; left; left &= left - 1) {
+    const std::uint32_t i = lowest_bit(left);
+    const double most = (1 + kOutwards) * static_cast<double>(out.tile.distance[i]);
+    const kernel::RaySearch& search = searches[i];
+    if (search.met_count > 1 && std::count_if(search.met, search.met + search.met_count, [most](const auto& leaf) {
+                                  return static_cast<double>(leaf.entry) <= most;
+                                }) > 1)
+      continue;
+    out.decided |= 1u << i;
+    out.found |= 1u << i;
+    out.named |= 1u << i;
+    ++run.own.stats.leaf_tests;
+  }
+  for (std::uint32_t left = out.decided; left; left &= left - 1) count_search(run, searches[lowest_bit(left)]);
+}
+
+void FirstTouches::write(const QueryRun& run, std::uint32_t i, std::uint32_t query, QueryHit& to) const {
+  const Articulation& articulation = *run.frame.batch(at[i].slot).articulation;
+  to.query = query;
+  to.batch = {at[i].slot + 1};
+  to.instance = at[i].instance;
+  to.link = articulation.leaf_link[at[i].leaf];
+  to.leaf = static_cast<std::uint16_t>(at[i].leaf);
+  to.distance = tile.distance[i];
+  for (int c = 0; c < 3; ++c) {
+    to.point[c] = tile.point[c][i];
+    to.normal[c] = tile.normal[c][i];
+  }
+  to.inside = tile.inside >> i & 1;
 }
 
 }  // namespace cab

@@ -3,6 +3,9 @@
 
 #include "engine/queries/ray_cast.h"
 #include "engine/queries/search.h"
+#include "kernels/cast_box.h"
+#include "kernels/enter_rays.h"
+#include "kernels/search_ray.h"
 
 namespace cab {
 
@@ -10,7 +13,10 @@ class RayQuery {
  public:
   RayQuery(const QueryRun& run, const Query& query, LinkHits& hits);
 
-  // A probe of search_index.
+  // Finds the links that are wanted of the job's inputs, by what is left of a search.
+  void finish(kernel::RaySearch& search);
+
+  // A probe of histories.
   bool enter();
   bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
     return run_.frame.kernels.walk_ray(run_.index.view(), lanes_, walk, met);
@@ -18,22 +24,51 @@ class RayQuery {
   bool skips(float entry) const { return entry > lanes_.end; }
   void test(const PosedInstance& one);
   bool is_done() const { return hits_.is_done(); }
-  bool is_in_order() const { return false; }
-  bool has_all_wanted() const { return hits_.has_all_wanted(); }
 
  private:
-  bool enter_index();
+  // The ray next to an instance.
+  struct Local {
+    Double3 to;      // the instance's origin, relative to where the ray begins
+    double nearest;  // the parameter at which the ray is nearest to that, from which the parameter of `ray` counts
+    LocalRay ray;
+  };
+
   void shorten();
+  Local at_instance(const PosedInstance& one) const;
+  void set_end(Local& local) const;
   bool cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const;
+  void test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf);
+  void test_met(kernel::RaySearch& search);
 
   const QueryRun& run_;
   const Query& query_;
   LinkHits& hits_;
-  Double3 direction_;
+  Double3 direction_;  // of length 1
   double length_;
-  double inverse_[3];   // one over each component of the direction, none of which counts as 0
   double entered_ = 0;  // the parameter at which it enters the index, in the index's scale
   kernel::RayLanes lanes_;
 };
+
+// Searches for rays, one to sixteen, by turns, until each search has ended or has met leaves that have to be tested
+// before it goes on. numbers: of the queries. searches: as many, which are begun.
+void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RaySearch* searches);
+
+// What some rays touch first, whose searches have ended.
+struct FirstTouches {
+  // Bits by ray: for which that is known, which meet a leaf, and of these which want it by name.
+  std::uint32_t decided, found, named;
+  struct {
+    std::uint32_t slot, instance, leaf;  // slot: index of the batch
+  } at[kLanes];
+  kernel::CastTile tile = {};
+
+  // Writes the hit of a ray that wants it by name.
+  void write(const QueryRun& run, std::uint32_t i, std::uint32_t query, QueryHit& to) const;
+};
+
+// Casts rays that want the nearest leaf against the one that their search has met first. It is not known where another
+// may be as near, where exact shapes decide, or where a sphere is moved.
+void cast_first(const QueryRun& run, Span<const std::uint32_t> numbers, const kernel::RaySearch* searches,
+                FirstTouches& out);
 
 }  // namespace cab

@@ -48,13 +48,13 @@ bool RegionQuery::next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
   const double* const at = query_.position;
   const Double3 position = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
                             index.scale * (at[2] - index.center[2])};
-  return kernel::walk_on(
+  return kernel::walk_on<float>(
       index.view(),
       [&](const kernel::BoundsRow& row, float* entry) {
         std::fill_n(entry, kLanes, 0.0f);
         return meets(row, position, index.scale, kReach);
       },
-      [](float) { return false; }, walk, met);
+      [](float) { return false; }, kernel::ReadNothingAhead(), walk, met);
 }
 
 void RegionQuery::test(const PosedInstance& one) {

@@ -1,8 +1,8 @@
 // run_queries: the index of all instances, then the queries in chunks of as many as there is memory for.
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/broad_phase/z_order.h"
-#include "engine/queries/interleaved.h"
 #include "engine/queries/past.h"
+#include "engine/queries/sphere_query.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
@@ -23,7 +23,8 @@ constexpr std::uint32_t kTilesPerTask = 8;
 
 // A worker takes so many tasks of a chunk, unless they would have fewer or more queries than this.
 constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = 64;
-constexpr std::uint32_t kPrefetched = 4;  // how many queries ahead one is prefetched
+constexpr std::uint32_t kTogether = kLanes;  // how many rays or points are searched for by turns
+constexpr std::uint32_t kPrefetched = 12;    // how many queries ahead one is prefetched
 
 // Queries are put in order along the curve if a chunk has more than this.
 constexpr std::uint32_t kQueriesInAnyOrder = 64;
@@ -31,9 +32,15 @@ constexpr std::uint32_t kQueriesInAnyOrder = 64;
 // Up to this many instances and queries the calling thread works alone.
 constexpr std::size_t kInstancesAlone = 256, kQueriesAlone = 32;
 
-// Instances are put in order along the curve if there are more queries than this. For fewer, the search of clusters
-// that are in no order costs less than the order.
-constexpr std::size_t kQueriesUnsorted = 64;
+// The arrangement that pays for what a job asks, and what others have asked of the same frame. To halve instances takes
+// as long as one and a half times as many rays save by it, or a sixth of so many other queries.
+Arrangement arrangement_for(const QueryJob& job, std::size_t instances, QueryIndex& index) {
+  constexpr std::size_t kLeast = 1024, kOthers = 6;
+  const std::size_t price = std::max(kLeast, instances + instances / 2);
+  for (std::size_t i = 0; i < job.queries.size && index.gain <= price; ++i)
+    index.gain += job.queries[i].kind == QueryKind::kRay ? 1 : kOthers;
+  return index.gain <= price ? Arrangement::kOnCurve : Arrangement::kHalved;
+}
 
 // --------------------------------------------------------------------------------------------------------- checks
 
@@ -116,11 +123,11 @@ void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t til
   }
 }
 
-// Whether the index that is there is that of the job.
-bool has_index(const Engine& engine, const Call& call, const QueryJob& job) {
+// Whether the index that is there is that of the job, arranged at least so well.
+bool has_index(const Engine& engine, const Call& call, const QueryJob& job, Arrangement arrangement) {
   const QueryIndex& index = call.reader().queries->index;
   if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) return false;
-  if (!index.is_sorted && job.queries.size > kQueriesUnsorted) return false;
+  if (index.arrangement < arrangement) return false;
   for (std::uint32_t slot = 0; slot < call.batches().size; ++slot) {
     const InstanceBatch& batch = call.batches()[slot]->batch;
     if (index.given[slot] != (batch.input ? active_count(batch) : 0)) return false;
@@ -129,12 +136,14 @@ bool has_index(const Engine& engine, const Call& call, const QueryJob& job) {
   return true;
 }
 
-void make_index(const Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job) {
+void make_index(const Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job,
+                Arrangement arrangement) {
   QueryMemory& memory = *call.reader().queries;
   WorkerPool& pool = *call.reader().pool;
   QueryIndex& index = memory.index;
   QueryStats& stats = memory.workers[0]->stats;
   index.of_frame = 0;  // until it is made: a call that fails leaves no index
+  for (const auto& worker : memory.workers) forget_clusters(worker->posed);
   {
     const Timed timed(stats.seconds_bound);
     lay_out_index(frame.batches, index);
@@ -156,7 +165,7 @@ void make_index(const Engine& engine, Call& call, const FrameContext& frame, con
     }
   }
   const Timed timed(stats.seconds_index);
-  build_index(frame.batches, job.queries.size > kQueriesUnsorted, pool, index);
+  build_index(frame.batches, arrangement, pool, index);
   index.of_frame = job.reuse_bounds ? engine.bounds_of_frame : 0;
 }
 
@@ -169,7 +178,7 @@ struct Chunk {
   QueryMemory& memory;
   WorkerPool& pool;
   const HistoryMemory* past;  // null if the job has no histories
-  bool asks_static;
+  bool links_are_leaves, asks_static;
   std::size_t first;
   std::uint32_t count;
 
@@ -185,10 +194,12 @@ struct Chunk {
     const Span<const StoredHistory* const> asked = {past ? past->asked.data() : nullptr, past ? past->asked.size() : 0};
     return {frame,
             memory.index,
+            {memory.layers.data, memory.layers.size},
             job,
             pool[worker].pose,
             pool[worker].exact,
             *memory.workers[worker],
+            links_are_leaves,
             asks_static,
             asked,
             past ? past->workers[worker].get() : nullptr};
@@ -201,22 +212,72 @@ struct Collected {
   std::uint32_t at = 0;
 };
 
-// Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.
-QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, Collected& collected) {
+// What is left of the search for a query that others were searched for with, if there is one.
+struct Begun {
+  kernel::RaySearch* ray = nullptr;
+  kernel::PointSearch* point = nullptr;
+};
+
+// Finds the links of the job's inputs that a query wants.
+void search(const QueryRun& run, const Query& query, std::uint32_t number, const Begun& begun, LinkHits& hits) {
+  if (query.kind == QueryKind::kRay) {
+    if (begun.ray) return RayQuery(run, query, hits).finish(*begun.ray);
+    kernel::RaySearch one;
+    search_together(run, {&number, 1}, &one);
+    return RayQuery(run, query, hits).finish(one);
+  }
+  if (wants_nearest(run, query)) {
+    if (begun.point) return ShapeQuery(run, query, hits).finish(*begun.point);
+    kernel::PointSearch one;
+    search_together(run, {&number, 1}, &one);
+    return ShapeQuery(run, query, hits).finish(one);
+  }
+  const auto search_by = [&](auto&& probe) {
+    if (probe.enter()) search_index(run, query, probe);
+  };
+  if (query.kind == QueryKind::kRegion)
+    search_by(RegionQuery(run, query, hits));
+  else
+    search_by(ShapeQuery(run, query, hits));
+}
+
+// How many hits a query wants.
+std::size_t wanted_by(const Query& query) {
+  return query.want == QueryWant::kAny ? 0 : query.want == QueryWant::kAll ? query.max_hits : 1;
+}
+
+// Answers one query by bits, which go to the worker's list if it has room.
+QueryResult answer_by_bits(const QueryRun& run, std::size_t number) {
   const Query& query = run.job.queries[number];
-  const std::size_t wanted = query.want == QueryWant::kAny ? 0 : query.want == QueryWant::kAll ? query.max_hits : 1;
-  HitBuffer buffer(to, wanted);
+  const Span<const kernel::MetLeaves> found = find_overlapped(run, query);
+  std::size_t count = 0;
+  for (const kernel::MetLeaves& at : found) count += count_bits(at.inside);
+  FixedList<kernel::MetLeaves>& to = run.own.overlapped;
+  const bool is_stored = to.size + found.size <= to.capacity;
+  if (is_stored) std::copy_n(found.data, found.size, to.end());
+  return {0,
+          0,
+          static_cast<std::uint32_t>(std::min(count, wanted_by(query))),
+          static_cast<std::uint32_t>(found.size),
+          is_stored,
+          count > 0};
+}
+
+// Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.
+QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, Collected& collected,
+                   const Begun& begun = {}) {
+  const Query& query = run.job.queries[number];
+  HitBuffer buffer(to, wanted_by(query));
   LinkHits hits(run, query, static_cast<std::uint32_t>(number), buffer);
   const auto at = static_cast<std::uint32_t>(number);
-  if (query.time == kNow || run.asks_static)
-    with_probe(run, query, hits, [&](auto& probe) { search_index(run, query, probe); });
+  if (query.time == kNow || run.asks_static) search(run, query, at, begun, hits);
   if (query.time != kNow && collected.is_collected)
     collected.at = test_candidates(run, at, collected.at, hits);
   else if (query.time != kNow && !run.asked.empty())
     answer_alone(run, at, hits);
   hits.end();
   if (buffer.is_complete()) buffer.sort();
-  return {0, 0, static_cast<std::uint32_t>(buffer.count()), buffer.is_complete(), hits.is_found()};
+  return {0, 0, static_cast<std::uint32_t>(buffer.count()), 0, buffer.is_complete(), hits.is_found()};
 }
 
 // Puts the queries of a chunk in the order of the index's curve, so that those that follow each other meet the same
@@ -242,45 +303,82 @@ void keep_result(const Chunk& chunk, std::uint32_t query, std::uint32_t w, std::
 }
 
 // Prefetches queries that are asked soon.
-void prefetch_queries(const Chunk& chunk, std::uint32_t place, std::uint32_t count) {
+CAB_INLINE void prefetch_queries(const Chunk& chunk, std::uint32_t place, std::uint32_t count) {
   for (; count > 0 && place < chunk.count; ++place, --count)
-    prefetch(&chunk.job.queries[chunk.first + chunk.memory.order[place].number], sizeof(Query));
+    prefetch_bytes(&chunk.job.queries[chunk.first + chunk.memory.order[place].number], sizeof(Query));
 }
 
 // Answers the query in a place of the order, and keeps its hits if the worker has room.
 void answer_in_order(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t w,
-                     Collected& collected) {
+                     Collected& collected, const Begun& begun = {}) {
   FixedList<QueryHit>& hits = run.own.hits;
   prefetch_queries(chunk, place + kPrefetched, 1);
   const std::uint32_t query = chunk.memory.order[place].number;
-  const QueryResult result = answer(run, chunk.first + query, {hits.end(), hits.capacity - hits.size}, collected);
+  if (is_answered_by_bits(run, chunk.job.queries[chunk.first + query])) {
+    FixedList<kernel::MetLeaves>& found = run.own.overlapped;
+    const QueryResult result = answer_by_bits(run, chunk.first + query);
+    keep_result(chunk, query, w, found.size, result);
+    if (result.is_stored) found.size += result.tiles;
+    return;
+  }
+  const QueryResult result =
+      answer(run, chunk.first + query, {hits.end(), hits.capacity - hits.size}, collected, begun);
   keep_result(chunk, query, w, hits.size, result);
   if (result.is_stored) hits.size += result.count;
 }
 
-// Answers the queries from a place of the order on that can be interleaved, if there are several. Returns how many.
-std::uint32_t answer_interleaved(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t end,
-                                 std::uint32_t w) {
-  std::uint32_t numbers[kInterleaved], count = 0;
-  const Query* first = nullptr;
-  for (; count < kInterleaved && place + count < end; ++count) {
-    numbers[count] = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place + count].number);
-    const Query& query = chunk.job.queries[numbers[count]];
-    if (!first) first = &query;
-    if (!may_be_interleaved(query) || query.kind != first->kind) break;
+// The numbers of the queries from a place of the order on that are searched for together: up to another query, or
+// kTogether of them.
+struct Together {
+  std::uint32_t numbers[kTogether], count = 0;
+
+  template <class Takes>
+  Together(const Chunk& chunk, std::uint32_t place, std::uint32_t end, Takes&& takes) {
+    for (; count < kTogether && place + count < end; ++count) {
+      numbers[count] = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place + count].number);
+      const Query& query = chunk.job.queries[numbers[count]];
+      if (query.time != kNow || !takes(query)) break;
+    }
   }
-  if (count < 2) return 0;
-  prefetch_queries(chunk, place + count, kInterleaved);
+  Span<const std::uint32_t> span() const { return {numbers, count}; }
+};
+
+// Answers the rays from a place of the order on. Returns how many.
+std::uint32_t answer_rays(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t end,
+                          std::uint32_t w, Collected& collected) {
+  const Together rays(chunk, place, end, [](const Query& query) { return query.kind == QueryKind::kRay; });
+  if (rays.count == 0) return 0;
+  kernel::RaySearch searches[kTogether];
+  FirstTouches touches;
+  prefetch_queries(chunk, place + rays.count, kTogether);
+  search_together(run, rays.span(), searches);
+  cast_first(run, rays.span(), searches, touches);
   FixedList<QueryHit>& hits = run.own.hits;
-  const auto take = [&](std::uint32_t i, const QueryResult& result) {
-    const std::uint32_t stored = result.is_stored ? result.count : 0;
-    keep_result(chunk, static_cast<std::uint32_t>(numbers[i] - chunk.first), w, hits.size - stored, result);
-  };
-  if (first->kind == QueryKind::kRay)
-    answer_together<RayQuery>(run, {numbers, count}, hits, take);
-  else
-    answer_together<ShapeQuery>(run, {numbers, count}, hits, take);
-  return count;
+  for (std::uint32_t i = 0; i < rays.count; ++i) {
+    if (!(touches.decided >> i & 1)) {
+      answer_in_order(chunk, run, place + i, w, collected, {&searches[i], nullptr});
+      continue;
+    }
+    const bool is_found = touches.found >> i & 1, is_named = touches.named >> i & 1;
+    const bool is_stored = !is_named || hits.size < hits.capacity;
+    keep_result(chunk, static_cast<std::uint32_t>(rays.numbers[i] - chunk.first), w, hits.size,
+                {0, 0, is_named, 0, is_stored, is_found});
+    if (is_named && is_stored) touches.write(run, i, rays.numbers[i], hits.data[hits.size++]);
+  }
+  return rays.count;
+}
+
+// The same for points that want the nearest link.
+std::uint32_t answer_points(const Chunk& chunk, const QueryRun& run, std::uint32_t place, std::uint32_t end,
+                            std::uint32_t w, Collected& collected) {
+  const Together points(chunk, place, end, [&run](const Query& query) { return wants_nearest(run, query); });
+  if (points.count == 0) return 0;
+  kernel::PointSearch searches[kTogether];
+  prefetch_queries(chunk, place + points.count, kTogether);
+  search_together(run, points.span(), searches);
+  for (std::uint32_t i = 0; i < points.count; ++i)
+    answer_in_order(chunk, run, place + i, w, collected, {nullptr, &searches[i]});
+  return points.count;
 }
 
 // Answers the queries of one task: first the instances of the past are collected and posed that as many of them meet as
@@ -304,7 +402,8 @@ void answer_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
       last = std::max(last, begin + 1);
     }
     while (begin < last) {
-      const std::uint32_t answered = answer_interleaved(chunk, run, begin, last, w);
+      std::uint32_t answered = answer_rays(chunk, run, begin, last, w, collected);
+      if (answered == 0) answered = answer_points(chunk, run, begin, last, w, collected);
       if (answered == 0) answer_in_order(chunk, run, begin, w, collected);
       begin += std::max(answered, 1u);
     }
@@ -320,16 +419,28 @@ void write_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
   for (std::uint32_t query = chunk.begin_of(task); query < end; ++query) {
     const QueryResult& result = chunk.memory.results[query];
     QueryHit* const to = chunk.job.hits.data + chunk.memory.hit_begin[query];
-    if (result.is_stored)
-      std::copy_n(chunk.memory.workers[result.worker]->hits.data + result.begin, result.count, to);
-    else
-      answer(run, chunk.first + query, {to, result.count}, not_collected);
+    const std::size_t number = chunk.first + query;
+    if (is_answered_by_bits(run, chunk.job.queries[number])) {
+      const kernel::MetLeaves* const stored = chunk.memory.workers[result.worker]->overlapped.data + result.begin;
+      write_overlapped(run, static_cast<std::uint32_t>(number),
+                       result.is_stored ? Span<const kernel::MetLeaves>{stored, result.tiles}
+                                        : find_overlapped(run, chunk.job.queries[number]),
+                       {to, result.count});
+    } else if (result.is_stored) {
+      const QueryHit* const from = chunk.memory.workers[result.worker]->hits.data + result.begin;
+      for (std::uint32_t i = 0; i < result.count; ++i) to[i] = from[i];  // mostly one
+    } else {
+      answer(run, number, {to, result.count}, not_collected);
+    }
   }
   run.own.stats = counted;  // by answer_task
 }
 
 void run_chunk(const Chunk& chunk, QueryJob& job) {
-  for (const auto& worker : chunk.memory.workers) worker->hits.clear();
+  for (const auto& worker : chunk.memory.workers) {
+    worker->hits.clear();
+    worker->overlapped.clear();
+  }
   order_queries(chunk);
   const std::uint32_t tasks = chunk.task_count();
   chunk.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { answer_task(chunk, task, w); });
@@ -343,7 +454,7 @@ void run_chunk(const Chunk& chunk, QueryJob& job) {
 
 // Answers all queries of a job, as many in a chunk as are likely to have so few hits that these stay in cache until
 // they are written, and that workers have room for.
-void run_chunks(const FrameContext& frame, Reader& reader, bool asks_static, QueryJob& job) {
+void run_chunks(const FrameContext& frame, Reader& reader, bool links_are_leaves, bool asks_static, QueryJob& job) {
   constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
   QueryMemory& memory = *reader.queries;
   const HistoryMemory* const past = job.histories.empty() ? nullptr : reader.past.get();
@@ -352,9 +463,9 @@ void run_chunks(const FrameContext& frame, Reader& reader, bool asks_static, Que
   std::size_t most = std::min(memory.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
-    const std::size_t before = job.hits_needed;
-    run_chunk({frame, job, memory, *reader.pool, past, asks_static, first, count}, job);
-    const std::size_t hits = std::max<std::size_t>(job.hits_needed - before, 1);
+    run_chunk({frame, job, memory, *reader.pool, past, links_are_leaves, asks_static, first, count}, job);
+    std::size_t hits = 1;
+    for (const auto& worker : memory.workers) hits += worker->hits.size + worker->overlapped.size;
     most = std::clamp(count * most_hits / hits, least, std::min(2 * most, memory.queries));
     first += count;
   }
@@ -383,28 +494,34 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   const Profiled profiled(engine.profiler, "queries", 0);
   Reader& reader = call.reader();
   if (!reader.queries) return Status::kNoQueryMemory;
-  if (const Status status = bind_inputs(engine, call, job.inputs); status != Status::kOk) return status;
+  const Needs needs = job.reuse_bounds ? Needs::kPosesOfFrame : Needs::kPoses;
+  if (const Status status = bind_inputs(engine, call, job.inputs, needs); status != Status::kOk) return status;
   if (const Status status = validate(engine, call, job); status != Status::kOk) return status;
   QueryMemory& memory = *reader.queries;
   std::size_t given = 0;
-  bool asks_static = false;
+  bool asks_static = false, links_are_leaves = true;
   for (const BatchInput& input : job.inputs) {
     InstanceBatch& batch = call.batch(input.batch);
     asks_static = asks_static || is_static(batch);
+    links_are_leaves = links_are_leaves && batch.active->leaves_by_link;
     batch.margins = {};
     given += active_count(batch);
   }
-  for (const auto& worker : memory.workers) {
-    worker->stats = {};
-    forget_clusters(worker->posed);
+  for (std::uint32_t slot = 0; slot < call.batches().size; ++slot) {
+    const BatchInput* const input = call.batches()[slot]->batch.input;
+    memory.layers[slot] = input && !input->layers.empty() ? input->layers.data : nullptr;
   }
+  for (const auto& worker : memory.workers) worker->stats = {};
   reader.pool->tasks->alone = given <= kInstancesAlone && job.queries.size <= kQueriesAlone;
   Policies policies;
   policies.exact = job.exact;
   const FrameContext frame = call.context(policies, 0);
-  if (!has_index(engine, call, job)) make_index(engine, call, frame, job);
+  QueryIndex& index = memory.index;
+  if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) index.gain = 0;
+  const Arrangement arrangement = arrangement_for(job, given, index);
+  if (!has_index(engine, call, job, arrangement)) make_index(engine, call, frame, job, arrangement);
   job.hits_needed = 0;
-  run_chunks(frame, reader, asks_static, job);
+  run_chunks(frame, reader, links_are_leaves, asks_static, job);
   const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
   job.hit_count = status == Status::kOk ? job.hits_needed : 0;
   job.stats = {};

@@ -7,8 +7,8 @@
 #include "engine/queries/query_memory.h"
 #include "engine/step/pose_scratch.h"
 #include "kernels/query_boxes.h"
+#include "kernels/search_index.h"
 #include "kernels/vec3.h"
-#include "kernels/walk_index.h"
 #include "layout/box_aos.h"
 #include "layout/compiler.h"
 
@@ -21,16 +21,20 @@ namespace cab {
 struct QueryRun {
   const FrameContext& frame;
   const QueryIndex& index;
+  Span<const std::uint32_t* const> layers;  // by index of the batch: those of its input, or null
   const QueryJob& job;
   PoseScratch& pose;
   ExactScratch& exact;
   QueryWorker& own;
+  bool links_are_leaves;                   // whether each link of the inputs has at most one leaf, in their order
   bool asks_static;                        // whether static bodies are among the inputs
   Span<const StoredHistory* const> asked;  // the job's histories
   PastWorker* past;                        // not null if there are histories
 
   // The same for another index.
-  QueryRun in(const QueryIndex& other) const { return {frame, other, job, pose, exact, own, asks_static, asked, past}; }
+  QueryRun in(const QueryIndex& other) const {
+    return {frame, other, layers, job, pose, exact, own, links_are_leaves, asks_static, asked, past};
+  }
 };
 
 // Where the poses of an instance at a query's time are.
@@ -41,6 +45,39 @@ struct PastPlace {
   float scale;
   PastWorker& own;
 };
+
+// What a search of the run's index reads.
+inline kernel::SearchedIndex searched_index(const QueryRun& run) {
+  const PosedClusters& posed = run.own.posed;
+  return {run.index.view(), posed.clusters.data, posed.generation, run.layers.data};
+}
+
+// Where a query is, and what it looks at.
+inline kernel::SearchFilter filter_of(const Query& query) {
+  const double* const at = query.position;
+  return {{at[0], at[1], at[2]},
+          query.layer_mask,
+          slot_of(query.ignored_batch).value - 1,
+          query.ignored_instance,
+          query.time != kNow};
+}
+
+// The position of a query in an index, and a distance about it (docs/proof.md, step 12.4).
+inline kernel::PointLanes point_in_index(const QueryIndex& index, const Query& query, double distance) {
+  kernel::PointLanes out;
+  double at[3], away = 0;
+  for (int c = 0; c < 3; ++c) {
+    at[c] = index.scale * (query.position[c] - index.center[c]);
+    away += std::fabs(at[c]);
+  }
+  const double pad = kQueryRayPad * (1 + away);
+  for (int c = 0; c < 3; ++c) {
+    out.above[c] = float_above(at[c] + pad);
+    out.below[c] = float_below(at[c] - pad);
+  }
+  out.most_sq = kernel::square_above(index.scale * distance + pad);
+  return out;
+}
 
 // Whether an instance at `apart` from a query may be found at all.
 inline bool is_in_reach(const double (&apart)[3]) {
@@ -86,12 +123,12 @@ void take_posed(const kernel::KernelTable& kernels, PoseScratch& posing, std::ui
                 const PosedLanes& to);
 
 // Poses a cluster that is not posed.
-const PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster);
+const kernel::PosedCluster& pose_cluster(const QueryRun& run, std::uint32_t cluster);
 
 // The same, unless it is posed already.
-inline const PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
+inline const kernel::PosedCluster& posed_cluster(const QueryRun& run, std::uint32_t cluster) {
   const PosedClusters& posed = run.own.posed;
-  const PosedCluster& out = posed.clusters[cluster];
+  const kernel::PosedCluster& out = posed.clusters[cluster];
   return out.generation == posed.generation ? out : pose_cluster(run, cluster);
 }
 
@@ -108,12 +145,6 @@ inline bool looks_at(const Query& query, const InstanceBatch& batch, std::uint32
   return !is_ignored(query, slot, instance) && (query.layer_mask & (layers.empty() ? ~0u : layers[instance])) != 0;
 }
 
-// Prefetches memory that is read soon.
-inline void prefetch(const void* from, std::size_t bytes) {
-  constexpr std::size_t kLine = 64;
-  for (std::size_t at = 0; at < bytes; at += kLine) prefetch_line(static_cast<const char*>(from) + at);
-}
-
 // A query on its way through the index of its run. A probe has:
 //   enter()             takes the query to the index. False: it meets nothing there
 //   next(walk, met)     goes on to the next instance whose bounds it meets. False: there is none, or none is wanted
@@ -123,15 +154,24 @@ inline void prefetch(const void* from, std::size_t bytes) {
 //   is_in_order()       whether hits have no distance, so that they are in the order of instances
 //   has_all_wanted()    whether hits that come after all others are not wanted any more
 
+// A posed instance of the job's inputs. Poses its cluster.
+inline PosedInstance instance_at(const QueryRun& run, const Query& query, std::uint32_t node, std::uint32_t lane) {
+  const kernel::PosedCluster& posed = posed_cluster(run, node);
+  const kernel::PosedCluster::Lane& of = posed.lanes[lane];
+  PosedInstance out = {&run.frame.batch(posed.batch), posed.batch, of.instance, posed.leaves,
+                       posed.boxes_of(lane),          of.reach,    {}};
+  for (std::uint32_t c = 0; c < 3; ++c) out.apart[c] = of.origin[c] - query.position[c];
+  return out;
+}
+
 // Tests an instance of the job's inputs whose bounds the query meets, if the query looks at it.
 template <class Probe>
 void test_lane(const QueryRun& run, const Query& query, std::uint32_t node, std::uint32_t lane, Probe& probe) {
-  const PosedCluster& posed = posed_cluster(run, node);
-  const PosedCluster::Lane& of = posed.lanes[lane];
+  const kernel::PosedCluster& posed = posed_cluster(run, node);
+  const kernel::PosedCluster::Lane& of = posed.lanes[lane];
   const InstanceBatch& batch = run.frame.batch(posed.batch);
   if (!looks_at(query, batch, posed.batch, of.instance) || !(posed.live >> lane & 1)) return;
-  PosedInstance one = {&batch, posed.batch, of.instance, posed.leaves, posed.boxes_of(lane), of.reach, {}};
-  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = of.origin[c] - query.position[c];
+  const PosedInstance one = instance_at(run, query, node, lane);
   if (!is_in_reach(one.apart)) return;
   ++run.own.stats.instances;
   probe.test(one);
@@ -139,9 +179,9 @@ void test_lane(const QueryRun& run, const Query& query, std::uint32_t node, std:
 
 // Prefetches what test_lane reads. Poses the cluster.
 inline void prefetch_lane(const QueryRun& run, std::uint32_t node, std::uint32_t lane) {
-  const PosedCluster& posed = posed_cluster(run, node);
-  prefetch(posed.boxes_of(lane), sizeof(BoxTile));
-  prefetch(&posed.lanes[lane], sizeof(PosedCluster::Lane));
+  const kernel::PosedCluster& posed = posed_cluster(run, node);
+  prefetch_bytes(posed.boxes_of(lane), sizeof(BoxTile));
+  prefetch_bytes(&posed.lanes[lane], sizeof(kernel::PosedCluster::Lane));
 }
 
 // Calls probe.test(instance) for every instance of the job's inputs whose bounds the query meets, the nearest first, or
@@ -181,7 +221,7 @@ void for_each_leaf(const QueryRun& run, const PosedInstance& one, Meets&& meets,
     const std::uint32_t count = std::min(kLanes, one.leaves - first);
     std::uint32_t met = meets(one.boxes[first / kLanes], entry) & ((1u << count) - 1);
     while (met && !is_done()) {
-      const std::uint32_t lane = kernel::nearest_lane(met, entry);
+      const std::uint32_t lane = kernel::nearest_lane<float>(met, entry);
       if (skips(entry[lane])) break;
       met &= ~(1u << lane);
       ++run.own.stats.leaf_tests;
@@ -203,6 +243,35 @@ class BoundsOfBoxes {
 // A point or a direction as hits have it.
 inline std::array<float, 3> floats(const kernel::Vec3<double>& v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+// Goes on with searches, one to sixteen, by a kernel, until each has ended or has met leaves that have to be tested
+// before it goes on.
+template <class Search>
+void search_by_turns(const QueryRun& run,
+                     void (*kernel)(const kernel::SearchedIndex&, Search* const* searches, std::uint32_t count),
+                     Search* searches, std::uint32_t count) {
+  Search* going[kLanes];
+  for (std::uint32_t i = 0; i < count; ++i) going[i] = searches + i;
+  for (;;) {
+    std::uint32_t left = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      Search* const search = going[i];
+      if (search->stop == kernel::SearchStop::kPose) posed_cluster(run, search->way.at.node);
+      if (search->stop == kernel::SearchStop::kPose || search->stop == kernel::SearchStop::kGoesOn)
+        going[left++] = search;
+    }
+    if (left == 0) return;
+    kernel(searched_index(run), going, left);
+    count = left;
+  }
+}
+
+// Counts what a search did.
+template <class Search>
+void count_search(const QueryRun& run, const Search& search) {
+  run.own.stats.nodes += search.way.walk.opened;
+  run.own.stats.instances += search.way.tested;
 }
 
 // Collects the hits of one query, one per link.
@@ -253,6 +322,9 @@ class LinkHits {
   void end() {
     if (query_.want == QueryWant::kClosest && is_found_) buffer_.add(closest_);
   }
+
+  // Notes that there is a link, for a query that wants none by name.
+  void set_found() { is_found_ = true; }
 
   bool is_found() const { return is_found_; }
   bool is_done() const { return is_found_ && query_.want == QueryWant::kAny; }

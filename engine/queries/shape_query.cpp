@@ -2,6 +2,7 @@
 #include "engine/queries/shape_query.h"
 
 #include "engine/exact/convex_in_double.h"
+#include "engine/queries/box_point.h"
 #include "layout/convex_shapes.h"
 #include "layout/error_bounds.h"
 
@@ -11,20 +12,6 @@ namespace cab {
 namespace {
 
 double sum_of(const Double3& v) { return kernel::sum(kernel::abs(v)); }
-
-Double3 double3(const float* v) {
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-
-// A length and its square as floats that are not smaller.
-float square_above(double length) {
-  return float_above(length * length * (1 + kQueryRayPad)) + 4 * std::numeric_limits<float>::min();
-}
-
-// The same not larger.
-float square_below(double length) {
-  return std::max(float_below(length * length * (1 - kQueryRayPad)) - 4 * std::numeric_limits<float>::min(), -1.0f);
-}
 
 // The shape of a query, about its position.
 ConvexShape shape_of(const Query& query) {
@@ -83,44 +70,6 @@ ConvexShape posed_box(const BoxAos& from) {
   return shape_of_box(box);
 }
 
-// A point as a posed box sees it. Along one axis after the other, the point of the box moves to where it is nearest.
-struct BoxPoint {
-  const BoxAos& box;
-  Double3 outside;  // the way from the nearest point of the box to the point
-  double along[3];  // of the nearest point, along each axis
-  double to_face;   // 0 or more if the point is inside: how far it is from the nearest face
-  int face;         // along which axis that is
-
-  BoxPoint(const BoxAos& of, const Double3& at) : box(of), outside(at - double3(of.center)), along{}, face(0) {
-    to_face = std::numeric_limits<double>::infinity();
-    const Double3 from = outside;
-    for (int k = 0; k < 3; ++k) {
-      const double way = kernel::dot(axis(k), from), half = static_cast<double>(box.half[k]);
-      move(k, way);
-      if (half - std::fabs(way) >= to_face) continue;
-      to_face = half - std::fabs(way);
-      face = k;
-    }
-  }
-
-  Double3 axis(int k) const { return double3(box.axis + 3 * k); }
-  bool is_inside() const { return to_face >= 0; }
-  Double3 normal_of_face() const { return along[face] < 0 ? -1.0 * axis(face) : axis(face); }
-
-  // Makes up for axes that are a little skew.
-  void refine() {
-    for (int sweep = 0; sweep < 3; ++sweep)
-      for (int k = 0; k < 3; ++k) move(k, along[k] + kernel::dot(axis(k), outside));
-  }
-
- private:
-  void move(int k, double to) {
-    const double half = static_cast<double>(box.half[k]), next = std::min(std::max(to, -half), half);
-    outside = outside - (next - along[k]) * axis(k);
-    along[k] = next;
-  }
-};
-
 double length_of(const Double3& v) { return std::sqrt(kernel::dot(v, v)); }
 
 }  // namespace
@@ -144,12 +93,15 @@ double ShapeQuery::most() const {
 void ShapeQuery::set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const {
   const double center[3] = {at.x, at.y, at.z};
   for (int c = 0; c < 3; ++c) {
-    lanes.point.above[c] = float_above(center[c] + pad);
-    lanes.point.below[c] = float_below(center[c] - pad);
-    lanes.lo[c] = float_below(center[c] - (scale * half_[c] + pad));
-    lanes.hi[c] = float_above(center[c] + (scale * half_[c] + pad));
+    if (is_round()) {
+      lanes.point.above[c] = float_above(center[c] + pad);
+      lanes.point.below[c] = float_below(center[c] - pad);
+    } else {
+      lanes.lo[c] = float_below(center[c] - (scale * half_[c] + pad));
+      lanes.hi[c] = float_above(center[c] + (scale * half_[c] + pad));
+    }
   }
-  lanes.point.most_sq = square_above(scale * most() + pad);
+  if (is_round()) lanes.point.most_sq = kernel::square_above(scale * most() + pad);
 }
 
 std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const {
@@ -160,9 +112,9 @@ std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes
 bool ShapeQuery::next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
   const kernel::IndexNodes nodes = run_.index.view();
   if (is_round()) return run_.frame.kernels.walk_point(nodes, index_.point, walk, met);
-  return kernel::walk_on(
+  return kernel::walk_on<float>(
       nodes, [this](const kernel::BoundsRow& row, float* entry) { return meets(row, index_, entry); },
-      [](float) { return false; }, walk, met);
+      [](float) { return false; }, kernel::ReadNothingAhead(), walk, met);
 }
 
 // The lanes whose boxes a query may meet, and for a sphere or a point the squares of their distances.
@@ -274,28 +226,10 @@ void ShapeQuery::test_boxes(const PosedInstance& one, Local& local) {
       [&](float entry) { return entry > local.most_sq; },
       [&](std::uint32_t leaf) {
         test_box(one, local, leaf);
-        if (query_.kind == QueryKind::kPoint) local.most_sq = std::min(local.most_sq, square_above(most() + local.off));
+        if (query_.kind == QueryKind::kPoint)
+          local.most_sq = std::min(local.most_sq, kernel::square_above(most() + local.off));
       },
       [&] { return hits_.is_done(); });
-}
-
-// The posed boxes that overlap a sphere. Those at its surface are tested in double.
-void ShapeQuery::test_whether(const PosedInstance& one, const Local& local) {
-  const double inner = most() - local.off;
-  const float inner_sq = inner > 0 ? square_below(inner) : -1;
-  for (std::uint32_t first = 0; first < one.leaves; first += kLanes) {
-    alignas(64) float distance_sq[kLanes];
-    run_.frame.kernels.point_boxes(one.boxes[first / kLanes], local.point, distance_sq);
-    const std::uint32_t count = std::min(kLanes, one.leaves - first);
-    for (std::uint32_t lane = 0; lane < count && !is_done(); ++lane) {
-      if (distance_sq[lane] > local.most_sq) continue;
-      ++run_.own.stats.leaf_tests;
-      if (distance_sq[lane] <= inner_sq)
-        hits_.add(one, first + lane, 0, {0, 0, 0}, {0, 0, 0}, false);
-      else
-        test_box(one, local, first + lane);
-    }
-  }
 }
 
 // The shapes of the leaves whose bounds the query meets, sixteen at a time. Without an exact test they are the leaves'
@@ -328,7 +262,7 @@ void ShapeQuery::test_shapes(const PosedInstance& one, const Local& local) {
   queues.finish();
 }
 
-void ShapeQuery::test(const PosedInstance& one) {
+ShapeQuery::Local ShapeQuery::at_instance(const PosedInstance& one) const {
   Local local;
   local.at = {-one.apart[0], -one.apart[1], -one.apart[2]};
   const double size = sum_of(local.at) + static_cast<double>(one.reach);
@@ -338,20 +272,61 @@ void ShapeQuery::test(const PosedInstance& one) {
   const double at[3] = {local.at.x, local.at.y, local.at.z};
   for (int c = 0; c < 3; ++c) local.point[c] = static_cast<float>(at[c]);
   local.off = local.error + kQueryBoxDistance * size;
-  local.most_sq = square_above(most() + local.off);
-  if (run_.job.exact == Exact::kNone && is_round()) {
-    if (query_.kind == QueryKind::kPoint || query_.with_depth)
-      test_boxes(one, local);
-    else
-      test_whether(one, local);
-  } else {
+  local.most_sq = kernel::square_above(most() + local.off);
+  return local;
+}
+
+void ShapeQuery::test(const PosedInstance& one) {
+  Local local = at_instance(one);
+  if (run_.job.exact == Exact::kNone && is_round())
+    test_boxes(one, local);
+  else
     test_shapes(one, local);
-  }
   hits_.finish();
   if (query_.kind == QueryKind::kPoint) {
     const double pad = kQueryPad + kQueryRayPad * std::fabs(run_.index.scale * most());
-    index_.point.most_sq = std::min(index_.point.most_sq, square_above(run_.index.scale * most() + pad));
+    index_.point.most_sq = std::min(index_.point.most_sq, kernel::square_above(run_.index.scale * most() + pad));
   }
+}
+
+// Tests the leaves that a search has met, the nearest first, and forgets them.
+void ShapeQuery::test_met(kernel::PointSearch& search) {
+  const auto begin = search.met, end = begin + search.met_count;
+  std::sort(begin, end, kernel::MetNearer());
+  for (const kernel::MetLeaf* leaf = begin; leaf != end && !is_done(); ++leaf) {
+    if (static_cast<double>(leaf->entry) > search.end) break;
+    ++run_.own.stats.leaf_tests;
+    const PosedInstance one = instance_at(run_, query_, leaf->node, leaf->lane);
+    test_box(one, at_instance(one), leaf->leaf);
+    if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
+  }
+  search.met_count = 0;
+}
+
+void ShapeQuery::finish(kernel::PointSearch& search) {
+  for (;;) {
+    if (search.any && search.is_met)
+      hits_.set_found();
+    else
+      test_met(search);
+    if (search.stop == kernel::SearchStop::kEnd || is_done()) break;
+    search.stop = kernel::SearchStop::kGoesOn;
+    search_by_turns(run_, run_.frame.kernels.search_points, &search, 1);
+  }
+  count_search(run_, search);
+}
+
+void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::PointSearch* searches) {
+  for (std::uint32_t i = 0; i < numbers.size; ++i) {
+    const Query& query = run.job.queries[numbers[i]];
+    kernel::PointSearch& out = searches[i];
+    out.filter = filter_of(query);
+    out.end = static_cast<double>(query.length);
+    out.lanes = point_in_index(run.index, query, out.end);
+    out.scale = run.index.scale;
+    out.any = query.want == QueryWant::kAny;
+  }
+  search_by_turns(run, run.frame.kernels.search_points, searches, static_cast<std::uint32_t>(numbers.size));
 }
 
 }  // namespace cab

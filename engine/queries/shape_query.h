@@ -3,6 +3,7 @@
 
 #include "engine/exact/convex_queues.h"
 #include "engine/queries/search.h"
+#include "kernels/search_round.h"
 
 namespace cab {
 
@@ -10,7 +11,10 @@ class ShapeQuery {
  public:
   ShapeQuery(const QueryRun& run, const Query& query, LinkHits& hits);
 
-  // A probe of search_index.
+  // Finds the link of the job's inputs that is nearest to a point, by what is left of a search.
+  void finish(kernel::PointSearch& search);
+
+  // A probe of search_index and of histories.
   bool enter();
   bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const;
   bool skips(float entry) const { return is_round() && entry > index_.point.most_sq; }
@@ -24,7 +28,7 @@ class ShapeQuery {
  private:
   // The query in some frame, as the kernels of bounds take it.
   struct Lanes {
-    kernel::PointLanes point;  // of a sphere or point
+    kernel::PointLanes point;  // of a sphere or point; others are not set
     float lo[3], hi[3];        // of others
   };
   // The query next to an instance.
@@ -39,6 +43,8 @@ class ShapeQuery {
   };
   struct Run;
 
+  Local at_instance(const PosedInstance& one) const;
+  void test_met(kernel::PointSearch& search);
   bool is_round() const { return query_.kind == QueryKind::kSphere || query_.kind == QueryKind::kPoint; }
   double most() const;
   void set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const;
@@ -47,7 +53,6 @@ class ShapeQuery {
   std::uint32_t meets_boxes(const BoxTile& boxes, const Local& local, float* distance_sq) const;
   void test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf);
   void test_boxes(const PosedInstance& one, Local& local);
-  void test_whether(const PosedInstance& one, const Local& local);
   void test_shapes(const PosedInstance& one, const Local& local);
 
   const QueryRun& run_;
@@ -58,5 +63,15 @@ class ShapeQuery {
   double half_[3];  // of the shape's bounds, along the world's axes
   Lanes index_;
 };
+
+// Whether the job's inputs are searched for a query by search_together: a point that wants the nearest link, without
+// shapes.
+inline bool wants_nearest(const QueryRun& run, const Query& query) {
+  return query.kind == QueryKind::kPoint && query.want != QueryWant::kAll && run.job.exact == Exact::kNone;
+}
+
+// Searches for such points, one to sixteen, until each search has ended or has met leaves that have to be tested before
+// it goes on. numbers: of the queries. searches: as many, which are begun.
+void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::PointSearch* searches);
 
 }  // namespace cab

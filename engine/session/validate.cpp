@@ -104,7 +104,8 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
     if (has_poses(input)) return Status::kStaticInput;
     needs = Needs::kNothing;
   }
-  if (needs == Needs::kPoses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
+  const bool needs_poses = needs == Needs::kPoses || needs == Needs::kPosesOfFrame;
+  if (needs_poses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
   if (n > most) return Status::kBadCount;
   // Whether an array is empty, or has data and `per_instance` entries for each instance. In 64 bits, which hold the
@@ -122,7 +123,9 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
     const bool ascend = listed.data && std::is_sorted(listed.begin(), listed.end(), std::less_equal<>());
     if (!ascend || listed[listed.size - 1] >= n || batch.kind == BatchKind::kSequence) return Status::kBadInstances;
   }
-  if (!fits(input.origins, 3) || !are_finite(input.origins, n, listed)) return Status::kBadOrigins;
+  const bool is_checked = needs == Needs::kPosesOfFrame && batch.bounded_by == engine.bounds_of_frame;
+  if (!fits(input.origins, 3)) return Status::kBadOrigins;
+  if (!is_checked && !are_finite(input.origins, n, listed)) return Status::kBadOrigins;
   if (!fits(input.orientations, 4)) return Status::kBadOrientations;
   if (!fits(input.scales, 1) || (!input.scales.empty() && input.poses.has_scale)) return Status::kBadScales;
   if (!fits(input.flags, 1)) return Status::kBadFlags;

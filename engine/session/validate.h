@@ -10,7 +10,12 @@ namespace cab {
 bool valid_poses(const PoseView& poses, std::size_t link_count);
 
 // What a call needs to know of every instance from its caller.
-enum class Needs : std::uint8_t { kNothing, kPoses, kBounds };
+enum class Needs : std::uint8_t {
+  kNothing,
+  kPoses,
+  kPosesOfFrame,  // poses, of which the caller says that they are those of the last frame: values are not checked again
+  kBounds
+};
 
 // Checks one input against its batch: the id, what the call needs, and the size of every array.
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs);

@@ -167,7 +167,8 @@ AnyRay any_ray(Random& random, const Boxes& boxes) {
     out.floats.at[c] = static_cast<float>(out.at[c]);
     out.floats.direction[c] = static_cast<float>(direction[c]);
   }
-  out.floats.pad = float_above(out.radius + kQueryBoxPad * sum);
+  out.floats.radius = float_above(out.radius);
+  out.floats.rounding = float_above(kQueryBoxPad * sum);
   out.floats.begin = random.chance(0.3) ? float_below(along - boxes.reach * random.uniform(0, 2)) : -1e30f;
   out.floats.end = random.chance(0.3) ? float_above(along + boxes.reach * random.uniform(0, 2)) : kInfinity;
   return out;
@@ -260,7 +261,9 @@ TEST_CASE("query boxes: no box is missed that a ray meets, and none is entered l
       }
       // What is apart by far more than all pads is told.
       Judged grown = box;
-      for (Real& half : grown.half) half += 4 * static_cast<Real>(ray.floats.pad) + 1e-4L * boxes.reach;
+      for (Real& half : grown.half)
+        half +=
+            4 * (static_cast<Real>(ray.floats.radius) + static_cast<Real>(ray.floats.rounding)) + 1e-4L * boxes.reach;
       if (grown.meets(from, along, begin, end, &first)) continue;
       ++apart_count;
       told_count += (met >> lane & 1) == 0;
@@ -271,6 +274,40 @@ TEST_CASE("query boxes: no box is missed that a ray meets, and none is entered l
   CHECK(touching_count > least_count(2000, 6000));
   CHECK(apart_count > least_count(8000, 6000));
   CHECK(told_count == apart_count);
+}
+
+TEST_CASE("query boxes: a box that a ray surely meets is met no later than it says") {
+  Random random(74);
+  std::size_t sure_count = 0, met_count = 0;
+  for (std::uint64_t round = rounds(6000); round > 0; --round) {
+    const Boxes boxes = any_boxes(random);
+    AnyRay ray = any_ray(random, boxes);
+    Entries surely, entry;
+    const std::uint32_t sure = answer(surely, [&](const kernel::KernelTable& table, float* to) {
+      return table.ray_in_boxes(boxes.tile, ray.floats, to);
+    });
+    const std::uint32_t met = answer(entry, [&](const kernel::KernelTable& table, float* to) {
+      return table.ray_boxes(boxes.tile, ray.floats, to);
+    });
+    CHECK((sure & ~met) == 0);
+    const Point from = {ray.at[0], ray.at[1], ray.at[2]};
+    const Point along = {ray.direction[0], ray.direction[1], ray.direction[2]};
+    const auto begin = static_cast<Real>(ray.floats.begin), end = static_cast<Real>(ray.floats.end);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      CAPTURE(lane);
+      Real first = 0;
+      const bool is_met = Judged(boxes.tile, lane).meets(from, along, begin, end, &first);
+      met_count += is_met;
+      if (!(sure >> lane & 1)) continue;
+      ++sure_count;
+      CHECK(is_met);  // by the centre of a sphere that is moved
+      CHECK(first <= static_cast<Real>(surely[lane]) * (1 + 1e-15L) + 1e-18L);
+      CHECK(entry[lane] <= surely[lane]);
+    }
+  }
+  MESSAGE("surely met: ", sure_count, " of ", met_count);
+  CHECK(sure_count > least_count(1000, 6000));
+  CHECK(4 * sure_count > met_count);
 }
 
 TEST_CASE("query boxes: distances of a point are off by less than step 12.8 says") {
@@ -306,7 +343,7 @@ TEST_CASE("query boxes: rays along directions of 0 meet the boxes that they are 
     set_lane({{0, 0, static_cast<float>(lane)}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 0, 0.25f}}, lane, boxes.tile);
   Entries entry;
   for (const float along : {1.0f, -1.0f}) {
-    const kernel::BoxRay ray = {{0.5f, 0, 0}, {0, 0, along}, 0, along > 0 ? 3.0f : -7.0f, along > 0 ? 7.0f : -3.0f};
+    const kernel::BoxRay ray = {{0.5f, 0, 0}, {0, 0, along}, 0, 0, along > 0 ? 3.0f : -7.0f, along > 0 ? 7.0f : -3.0f};
     CHECK(answer(entry, [&](const kernel::KernelTable& table, float* to) {
             return table.ray_boxes(boxes.tile, ray, to);
           }) == 0b11111000);

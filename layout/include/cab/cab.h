@@ -229,7 +229,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded to
 // float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
-// only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes the room.
+// only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes room.
 // Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
 // is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and

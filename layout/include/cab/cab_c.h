@@ -1426,7 +1426,7 @@ typedef struct cab_QueryJob {
 
   // States that inputs are those of the last frame that answered CAB_STATUS_OK: same batches, counts, instances, poses,
   // origins, orientations and scales. Then instances are not posed for their bounds, unless that frame made none for
-  // them. Further calls with reuse_bounds after the same frame use the same index. Default: nothing is stated.
+  // them, and further calls with reuse_bounds use the index and the boxes of calls before. Default: nothing is stated.
   bool reuse_bounds;
 
   // Output: room for the hits of all queries that want CAB_QUERY_WANT_CLOSEST or CAB_QUERY_WANT_ALL. Empty (default):
@@ -1715,9 +1715,9 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // between those of length 1, the shorter way round, and translations, origins and scales along straight lines, rounded
 // to float, origins to double; layers are those of the earlier one. An instance that one of the two lacks is absent.
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
-// only the index; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes the room.
-// Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a sequence),
-// CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
+// only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes
+// room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a
+// sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
 // CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER,
 // CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
 // CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch

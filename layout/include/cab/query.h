@@ -185,8 +185,8 @@ struct QueryJob {
   Exact exact = Exact::kNone;
 
   // States that inputs are those of the last frame that answered kOk: same batches, counts, instances, poses, origins,
-  // orientations and scales. Then instances are not posed for their bounds, unless that frame made none for them.
-  // Further calls with reuse_bounds after the same frame use the same index. Default: nothing is stated.
+  // orientations and scales. Then instances are not posed for their bounds, unless that frame made none for them, and
+  // further calls with reuse_bounds use the index and the boxes of calls before. Default: nothing is stated.
   bool reuse_bounds = false;
 
   // Output: room for the hits of all queries that want kClosest or kAll. Empty (default): room for no hit.

@@ -463,6 +463,21 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
         const Answer first = ask(*fresh, *world, exact);
         for (int again = 0; again < 2; ++again)
           CHECK(same(ask(*engine, inputs, world->about.queries, world->about.planes, exact, true), first));
+        // Few at a time, with the index and the boxes of calls before.
+        Answer in_parts;
+        for (std::size_t begin = 0, count = 0; begin < world->about.queries.size(); begin += count) {
+          count =
+              std::min<std::size_t>(1 + random.index(random.chance(0.5) ? 2 : 9), world->about.queries.size() - begin);
+          const auto at = world->about.queries.begin() + static_cast<std::ptrdiff_t>(begin);
+          const Answer part =
+              ask(*engine, inputs, {at, at + static_cast<std::ptrdiff_t>(count)}, world->about.planes, exact, true);
+          in_parts.found.insert(in_parts.found.end(), part.found.begin(), part.found.end());
+          for (QueryHit hit : part.hits) {
+            hit.query += static_cast<std::uint32_t>(begin);
+            in_parts.hits.push_back(hit);
+          }
+        }
+        CHECK(same(in_parts, first));
         CHECK(same(ask(*engine, *world, exact), first));
       }
     }
@@ -622,11 +637,14 @@ TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
   for (const Leaf& leaf : member.rig.leaves) links.insert(leaf.link);
   std::vector<Query> queries(5);
   for (Query& query : queries) query.want = QueryWant::kAll;
-  for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) queries[all].kind = QueryKind::kRegion;  // the world
+  constexpr std::size_t kOfAll[] = {1, 2, 3};
+  for (const std::size_t all : kOfAll) queries[all].kind = QueryKind::kRegion;  // the world
+  queries[2].kind = QueryKind::kSphere;
+  queries[2].radius = kMaxCoordinate;
   for (const std::uint32_t room : {1u, 64u}) {
     CAPTURE(room);
     const Answer answer = ask(*asked.engine({}, room), asked.inputs(), queries, {}, Exact::kNone, false, 0);
-    for (const std::size_t all : {std::size_t{1}, std::size_t{3}}) {
+    for (const std::size_t all : kOfAll) {
       const std::vector<QueryHit> hits = hits_of(answer.hits, all);
       CHECK(hits.size() == 20000 * links.size());
       CHECK(hits.size() > 2 * room + kSpareHits);
@@ -642,11 +660,87 @@ TEST_CASE("queries: hits that are found again are counted once") {
     const auto asked = any_world(random);
     for (Query& query : asked->about.queries) query.want = QueryWant::kAll, query.max_hits = ~0u;
     const EnginePtr enough = asked->engine(), few = asked->engine();
-    for (const auto& worker : few->readers[0]->queries->workers) worker->hits.capacity = 2;
-    const Answer expected = ask(*enough, *asked, Exact::kConvex), found = ask(*few, *asked, Exact::kConvex);
-    CHECK(same(found, expected));
-    CHECK(same_counts(found.stats, expected.stats));
+    for (const auto& worker : few->readers[0]->queries->workers)
+      worker->hits.capacity = worker->overlapped.capacity = 2;
+    for (const Exact exact : kBoth) {
+      const Answer expected = ask(*enough, *asked, exact), found = ask(*few, *asked, exact);
+      CHECK(same(found, expected));
+      CHECK(same_counts(found.stats, expected.stats));
+    }
   });
+}
+
+TEST_CASE("queries: links that a sphere overlaps are in the order of instances, as many as are wanted") {
+  constexpr std::uint32_t kInstances = 200, kLinks = 20;  // two tiles of leaves
+  Random random(95);
+  Asked asked;
+  for (int m = 0; m < 2; ++m) {
+    Member& member = asked.world.members.emplace_back();
+    for (std::uint32_t link = 0; link < kLinks; ++link) {
+      member.rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+      Leaf& leaf = member.rig.leaves.emplace_back();
+      leaf.link = link;
+      for (float& half : leaf.box.half) half = 0.1f;
+    }
+    member.poses.link_count = kLinks;
+    member.poses.instance_count = kInstances;
+    for (std::uint32_t i = 0; i < kInstances * kLinks; ++i)
+      member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, static_cast<float>(i % kLinks), 0, 0});
+    for (std::uint32_t i = 0; i < 3 * kInstances; ++i) member.poses.origins.push_back(random.uniform(-20, 20));
+    asked.listed.emplace_back();
+  }
+  std::vector<Query> queries(2);
+  for (Query& query : queries) {
+    query.kind = QueryKind::kSphere;
+    query.want = QueryWant::kAll;
+    query.radius = 100;
+  }
+  queries[1].max_hits = kInstances * kLinks + 3 * kLinks + 7;
+  const Answer answer = ask(*asked.engine(), asked.inputs(), queries, {}, Exact::kNone);
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> wanted;
+  for (std::uint32_t batch = 1; batch <= 2; ++batch)
+    for (std::uint32_t i = 0; i < kInstances; ++i)
+      for (std::uint32_t link = 0; link < kLinks; ++link) wanted.emplace_back(batch, i, link);
+  for (std::size_t q = 0; q < 2; ++q) {
+    std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> found;
+    for (const QueryHit& hit : hits_of(answer.hits, q)) {
+      found.emplace_back(hit.batch.value, hit.instance, hit.link);
+      CHECK(hit.leaf == hit.link);
+    }
+    CHECK(found == wanted);
+    wanted.resize(queries[1].max_hits);
+  }
+}
+
+TEST_CASE("queries: an instance as far away as origins can be hides nobody") {
+  Asked asked;
+  Member& member = asked.world.members.emplace_back();
+  member.rig.parents = {-1};
+  member.rig.leaves.resize(1);
+  for (float& half : member.rig.leaves[0].box.half) half = 1;
+  member.poses.link_count = 1;
+  member.poses.instance_count = 3;
+  for (int i = 0; i < 3; ++i) member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+  asked.listed.emplace_back();
+  std::vector<Query> queries(3);
+  queries[0].position[0] = -10;
+  queries[0].direction[0] = 1;
+  queries[0].length = kInfinity;
+  queries[1].kind = QueryKind::kPoint;
+  queries[1].position[1] = 5;
+  queries[1].length = kInfinity;
+  queries[2].kind = QueryKind::kSphere;
+  queries[2].radius = 3;
+  for (const double far : {1e30, 1e100, 1e300, 1.7e308}) {
+    CAPTURE(far);
+    member.poses.origins = {far, -far, far, 0, 0, 0, -far, far, 0};
+    const EnginePtr engine = asked.engine();
+    const Answer answer = ask(*engine, asked.inputs(), queries, {}, Exact::kNone);
+    REQUIRE(answer.hits.size() == 3);
+    for (const QueryHit& hit : answer.hits) CHECK(hit.instance == 1);
+    CHECK(answer.hits[0].distance == doctest::Approx(9));
+    CHECK(answer.hits[1].distance == doctest::Approx(4));
+  }
 }
 
 TEST_CASE("queries: moving the whole world by what its origins can hold changes nothing") {
