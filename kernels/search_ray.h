@@ -104,7 +104,9 @@ CAB_INLINE SearchStop test_instance(const SearchedIndex& index, RaySearch& ray) 
     }
   }
   way.is_within = false;
-  return !ray.box_decides && ray.met_count > 0 ? SearchStop::kTest : SearchStop::kGoesOn;
+  // One of many tiles may have been stopped within: it ends with a stop, whatever its last tiles have met.
+  const bool ends_instance = ray.met_count > 0 || tiles * kLanes > RaySearch::kMostMet;
+  return !ray.box_decides && ends_instance ? SearchStop::kTest : SearchStop::kGoesOn;
 }
 
 }  // namespace cab::kernel

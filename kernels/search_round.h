@@ -181,7 +181,8 @@ CAB_INLINE SearchStop test_instance(const SearchedIndex& index, PointSearch& poi
     }
     const float nearest_sq = -horizontal_max(V(0.0f) - least);
     if (nearest_sq > square_above(point.end + near.off)) continue;
-    const double most = std::sqrt(static_cast<double>(nearest_sq)) + near.off;
+    constexpr double kUnderflow = 4 * static_cast<double>(std::numeric_limits<float>::min());  // of squares
+    const double most = std::sqrt(static_cast<double>(nearest_sq) + kUnderflow) + near.off;
     if (most <= point.end) {
       point.is_met = true;
       if (point.any) return SearchStop::kEnd;
