@@ -712,6 +712,43 @@ TEST_CASE("queries: links that a sphere overlaps are in the order of instances, 
   }
 }
 
+TEST_CASE("queries: a ray finds the links of many leaves of every instance, also where the last leaves are missed") {
+  Asked asked;
+  Member& member = asked.world.members.emplace_back();
+  constexpr std::uint32_t kLeaves = 80, kMet = 32;
+  member.rig.parents = {-1, 0};
+  for (std::uint32_t leaf = 0; leaf < kLeaves; ++leaf) {
+    Leaf& one = member.rig.leaves.emplace_back();
+    one.link = leaf % 2;
+    one.box.center[0] = 0.01f * static_cast<float>(leaf);
+    one.box.center[1] = leaf < kMet ? 0 : 100;
+    for (float& half : one.box.half) half = 0.3f;
+  }
+  member.poses.link_count = 2;
+  member.poses.instance_count = 6;
+  for (int i = 0; i < 12; ++i) member.poses.data.insert(member.poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+  for (int i = 0; i < 6; ++i) member.poses.origins.insert(member.poses.origins.end(), {10.0 * i, 0, 0});
+  asked.listed.emplace_back();
+  std::vector<Query> queries(2);
+  for (Query& query : queries) {
+    query.want = QueryWant::kAll;
+    query.position[0] = -5;
+    query.direction[0] = 1;
+    query.length = kInfinity;
+  }
+  queries[1].max_hits = 7;
+  for (const Exact exact : kBoth) {
+    CAPTURE(static_cast<int>(exact));
+    const Answer answer = ask(*asked.engine(), asked.inputs(), queries, {}, exact);
+    for (std::size_t q = 0; q < 2; ++q) {
+      const std::vector<QueryHit> hits = hits_of(answer.hits, q);
+      REQUIRE(hits.size() == std::min<std::size_t>(12, queries[q].max_hits));
+      for (std::uint32_t h = 0; h < hits.size(); ++h)
+        CHECK(link_key(hits[h]) == std::make_tuple(1u, h / 2, static_cast<int>(h % 2)));
+    }
+  }
+}
+
 TEST_CASE("queries: an instance as far away as origins can be hides nobody") {
   Asked asked;
   Member& member = asked.world.members.emplace_back();
