@@ -11,8 +11,14 @@ template <class V, class Search>
 CAB_INLINE SearchStop take_turn(const SearchedIndex& index, Search& search) {
   SearchWay& way = search.way;
   if (way.is_within) {
-    const SearchStop stop = test_instance<V>(index, search);
-    if (stop != SearchStop::kGoesOn) return stop;
+    const PosedCluster& cluster = index.clusters[way.at.node];
+    if (cluster.generation != index.generation) return SearchStop::kPose;
+    double apart[3];
+    if (looks_at<V>(index, search.filter, cluster, way.at.lane, apart)) {
+      way.tested += way.tile == 0;
+      const SearchStop stop = test_leaves<V>(cluster, apart, search);
+      if (stop != SearchStop::kGoesOn) return stop;
+    }
   }
   if (!walk_on<V>(
           index.nodes, walk_of<V>(search.lanes), [&search](float entry) { return search.lanes.skips(entry); },

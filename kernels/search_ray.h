@@ -59,19 +59,12 @@ CAB_INLINE BoxRay at_instance(const RaySearch& ray, const double (&apart)[3], fl
   return out;
 }
 
-// Tests the leaves of the instance that the ray has come to. Leaves that it met are in ray.met: if ray.box_decides, all
-// that may be the nearest one, else those of one instance, or of a part of it if ray.way.is_within.
+// Tests the leaves of the instance that the ray has come to. apart: its origin less where the ray begins. Leaves that
+// it met are in ray.met: if ray.box_decides, all that may be the nearest one, else those of one instance, which may be
+// none, or of a part of it if ray.way.is_within.
 template <class V>
-CAB_INLINE SearchStop test_instance(const SearchedIndex& index, RaySearch& ray) {
+CAB_INLINE SearchStop test_leaves(const PosedCluster& cluster, const double (&apart)[3], RaySearch& ray) {
   SearchWay& way = ray.way;
-  const PosedCluster& cluster = index.clusters[way.at.node];
-  if (cluster.generation != index.generation) return SearchStop::kPose;
-  double apart[3];
-  if (!looks_at<V>(index, ray.filter, cluster, way.at.lane, apart)) {
-    way.is_within = false;
-    return SearchStop::kGoesOn;
-  }
-  way.tested += way.tile == 0;
   double first;
   BoxRay local = at_instance(ray, apart, cluster.lanes[way.at.lane].reach, &first);
   const BoxTile* const boxes = cluster.boxes_of(way.at.lane);
@@ -104,9 +97,7 @@ CAB_INLINE SearchStop test_instance(const SearchedIndex& index, RaySearch& ray) 
     }
   }
   way.is_within = false;
-  // One of many tiles may have been stopped within: it ends with a stop, whatever its last tiles have met.
-  const bool ends_instance = ray.met_count > 0 || tiles * kLanes > RaySearch::kMostMet;
-  return !ray.box_decides && ends_instance ? SearchStop::kTest : SearchStop::kGoesOn;
+  return ray.box_decides ? SearchStop::kGoesOn : SearchStop::kTest;
 }
 
 }  // namespace cab::kernel

@@ -154,18 +154,11 @@ CAB_INLINE void shorten(PointSearch& point, double most) {
   if (most_sq < point.lanes.most_sq) point.lanes.most_sq = most_sq;
 }
 
-// Tests the leaves of the instance that the point has come to. Those that may be the nearest are in point.met.
+// Tests the leaves of the instance that the point has come to. apart: its origin less where the point is. Those that
+// may be the nearest are in point.met.
 template <class V>
-CAB_INLINE SearchStop test_instance(const SearchedIndex& index, PointSearch& point) {
+CAB_INLINE SearchStop test_leaves(const PosedCluster& cluster, const double (&apart)[3], PointSearch& point) {
   SearchWay& way = point.way;
-  const PosedCluster& cluster = index.clusters[way.at.node];
-  if (cluster.generation != index.generation) return SearchStop::kPose;
-  double apart[3];
-  if (!looks_at<V>(index, point.filter, cluster, way.at.lane, apart)) {
-    way.is_within = false;
-    return SearchStop::kGoesOn;
-  }
-  way.tested += way.tile == 0;
   const NearPoint near = at_instance(apart, cluster.lanes[way.at.lane].reach, 0);
   const Vec3<V> at = {V(near.at[0]), V(near.at[1]), V(near.at[2])};
   const BoxTile* const boxes = cluster.boxes_of(way.at.lane);

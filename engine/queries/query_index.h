@@ -44,8 +44,7 @@ struct QueryIndex {
 
   std::uint64_t of_frame = 0;  // Engine::bounds_of_frame, if it holds the instances of that frame
   Arrangement arrangement = Arrangement::kOnCurve;
-  std::size_t gain =
-      0;  // what halving gains for queries about that frame, in what a ray gains, as far as it was counted
+  std::size_t gain = 0;  // what halving gains for queries about that frame, in rays; counted as far as it matters
   std::uint32_t levels = 0;
   std::uint32_t level_begin[kMostLevels + 1] = {};
   double center[3] = {}, scale = 1;

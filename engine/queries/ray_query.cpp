@@ -127,34 +127,13 @@ void RayQuery::test(const PosedInstance& one) {
   shorten();
 }
 
-// Tests the leaves that a search has met, the nearest first, and forgets them.
-void RayQuery::test_met(kernel::RaySearch& search) {
-  const auto begin = search.met, end = begin + search.met_count;
-  std::sort(begin, end, kernel::MetNearer());
-  for (const kernel::MetLeaf* leaf = begin; leaf != end && !hits_.is_done(); ++leaf) {
-    if (static_cast<double>(leaf->entry) > search.end) break;
-    ++run_.own.stats.leaf_tests;
-    const PosedInstance one = instance_at(run_, query_, leaf->node, leaf->lane);
-    Local local = at_instance(one);
-    test_leaf(one, local, leaf->leaf);
-    if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
-  }
-  search.met_count = 0;
-  if (!search.way.is_within) hits_.finish();
-}
-
 void RayQuery::finish(kernel::RaySearch& search) {
   direction_ = {search.along[0], search.along[1], search.along[2]};
-  for (;;) {
-    if (search.any && search.is_met)
-      hits_.set_found();
-    else
-      test_met(search);
-    if (search.stop == kernel::SearchStop::kEnd || hits_.is_done()) break;
-    search.stop = kernel::SearchStop::kGoesOn;
-    search_by_turns(run_, run_.frame.kernels.search_rays, &search, 1);
-  }
-  count_search(run_, search);
+  finish_search(run_, run_.frame.kernels.search_rays, query_, search, hits_,
+                [this](const PosedInstance& one, std::uint32_t leaf) {
+                  Local local = at_instance(one);
+                  test_leaf(one, local, leaf);
+                });
 }
 
 namespace {

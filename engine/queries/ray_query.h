@@ -38,7 +38,6 @@ class RayQuery {
   void set_end(Local& local) const;
   bool cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const;
   void test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf);
-  void test_met(kernel::RaySearch& search);
 
   const QueryRun& run_;
   const Query& query_;

@@ -361,4 +361,28 @@ class LinkHits {
   QueryHit closest_;  // of kClosest, if one is found
 };
 
+// Tests the leaves that a search has met, the nearest first, and goes on with it until nothing is left that is wanted.
+// kernel: as in search_by_turns. test(instance, leaf): adds a leaf to `hits`, if the query meets it.
+template <class Search, class Test>
+void finish_search(const QueryRun& run,
+                   void (*kernel)(const kernel::SearchedIndex&, Search* const* searches, std::uint32_t count),
+                   const Query& query, Search& search, LinkHits& hits, Test&& test) {
+  for (;; search_by_turns(run, kernel, &search, 1)) {
+    if (search.any && search.is_met) hits.set_found();
+    kernel::MetLeaf* const end = search.met + search.met_count;
+    std::sort(search.met, end, kernel::MetNearer());
+    for (const kernel::MetLeaf* leaf = search.met; leaf != end && !hits.is_done(); ++leaf) {
+      if (static_cast<double>(leaf->entry) > search.end) break;
+      ++run.own.stats.leaf_tests;
+      test(instance_at(run, query, leaf->node, leaf->lane), leaf->leaf);
+      if (hits.is_found()) shorten(search, static_cast<double>(hits.most()));
+    }
+    search.met_count = 0;
+    if (!search.way.is_within) hits.finish();
+    if (search.stop == kernel::SearchStop::kEnd || hits.is_done()) break;
+    search.stop = kernel::SearchStop::kGoesOn;
+  }
+  count_search(run, search);
+}
+
 }  // namespace cab

@@ -88,38 +88,32 @@ double ShapeQuery::most() const {
   return std::min(static_cast<double>(query_.length), (1 + kOutwards) * static_cast<double>(hits_.most()));
 }
 
-// Takes the query to a frame: `at` is its position, `scale` what lengths are multiplied by, and `pad` how far rounding
-// may move anything.
-void ShapeQuery::set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const {
+// Takes the bounds of the query's shape to a frame: `at` is its position, `scale` what lengths are multiplied by, and
+// `pad` how far rounding may move anything.
+void ShapeQuery::set_bounds(const Double3& at, double pad, double scale, Bounds& bounds) const {
   const double center[3] = {at.x, at.y, at.z};
   for (int c = 0; c < 3; ++c) {
-    if (is_round()) {
-      lanes.point.above[c] = float_above(center[c] + pad);
-      lanes.point.below[c] = float_below(center[c] - pad);
-    } else {
-      lanes.lo[c] = float_below(center[c] - (scale * half_[c] + pad));
-      lanes.hi[c] = float_above(center[c] + (scale * half_[c] + pad));
-    }
+    bounds.lo[c] = float_below(center[c] - (scale * half_[c] + pad));
+    bounds.hi[c] = float_above(center[c] + (scale * half_[c] + pad));
   }
-  if (is_round()) lanes.point.most_sq = kernel::square_above(scale * most() + pad);
 }
 
-std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const {
+std::uint32_t ShapeQuery::meets(const kernel::BoundsRow& row, const Bounds& bounds, float* entry) const {
   std::fill_n(entry, kLanes, 0.0f);
-  return run_.frame.kernels.overlap_bounds(row, lanes.lo, lanes.hi);
+  return run_.frame.kernels.overlap_bounds(row, bounds.lo, bounds.hi);
 }
 
 bool ShapeQuery::next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
   const kernel::IndexNodes nodes = run_.index.view();
-  if (is_round()) return run_.frame.kernels.walk_point(nodes, index_.point, walk, met);
+  if (is_round()) return run_.frame.kernels.walk_point(nodes, point_, walk, met);
   return kernel::walk_on<float>(
-      nodes, [this](const kernel::BoundsRow& row, float* entry) { return meets(row, index_, entry); },
+      nodes, [this](const kernel::BoundsRow& row, float* entry) { return meets(row, bounds_, entry); },
       [](float) { return false; }, kernel::ReadNothingAhead(), walk, met);
 }
 
 // The lanes whose boxes a query may meet, and for a sphere or a point the squares of their distances.
 std::uint32_t ShapeQuery::meets_boxes(const BoxTile& boxes, const Local& local, float* distance_sq) const {
-  if (!is_round()) return meets(BoundsOfBoxes(run_, boxes).row(), local.lanes, distance_sq);
+  if (!is_round()) return meets(BoundsOfBoxes(run_, boxes).row(), local.bounds, distance_sq);
   run_.frame.kernels.point_boxes(boxes, local.point, distance_sq);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane)
@@ -129,21 +123,22 @@ std::uint32_t ShapeQuery::meets_boxes(const BoxTile& boxes, const Local& local, 
 
 bool ShapeQuery::enter() {
   const QueryIndex& index = run_.index;
+  if (is_round()) {
+    point_ = point_in_index(index, query_, most());
+    return true;
+  }
   const double* const at = query_.position;
   const Double3 in_index = {index.scale * (at[0] - index.center[0]), index.scale * (at[1] - index.center[1]),
                             index.scale * (at[2] - index.center[2])};
   const double pad = kQueryRayPad * (1 + sum_of(in_index));
-  set_lanes(in_index, pad, index.scale, index_);
+  set_bounds(in_index, pad, index.scale, bounds_);
   return true;
 }
 
 // Whether the query meets the posed box of a leaf: asked where its shape is a half space, which goes on beyond it.
 bool ShapeQuery::meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const {
   const BoxAos box = one.box(leaf);
-  if (is_round()) {
-    const BoxPoint at(box, local.at);
-    return at.is_inside() || length_of(at.outside) <= most() + local.error;
-  }
+  if (is_round()) { return BoxPoint(box, local.at).is_within(most() + local.error); }
   const ConvexShape shape = posed_box(box);
   const ConvexPair pair({&shape_, pose_at(pose_)}, {&shape, pose_at(kIdentity)},
                         {one.apart[0], one.apart[1], one.apart[2]});
@@ -155,7 +150,7 @@ void ShapeQuery::test_box(const PosedInstance& one, const Local& local, std::uin
   const BoxAos box = one.box(leaf);
   BoxPoint at(box, local.at);
   const bool inside = at.is_inside(), is_point = query_.kind == QueryKind::kPoint;
-  if (!inside && !(length_of(at.outside) <= most() + local.error)) return;
+  if (!at.is_within(most() + local.error)) return;
   if (!is_point && !query_.with_depth) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, false);
   if (is_point && inside) return hits_.add(one, leaf, 0, {0, 0, 0}, {0, 0, 0}, true);
   at.refine();
@@ -268,7 +263,7 @@ ShapeQuery::Local ShapeQuery::at_instance(const PosedInstance& one) const {
   const double size = sum_of(local.at) + static_cast<double>(one.reach);
   local.error = kQueryRounding * (size + (half_[0] + half_[1] + half_[2]));
   local.pad = local.error + kQueryLeafPad * size;
-  set_lanes(local.at, local.pad, 1, local.lanes);
+  if (!is_round()) set_bounds(local.at, local.pad, 1, local.bounds);
   const double at[3] = {local.at.x, local.at.y, local.at.z};
   for (int c = 0; c < 3; ++c) local.point[c] = static_cast<float>(at[c]);
   local.off = local.error + kQueryBoxDistance * size;
@@ -285,35 +280,13 @@ void ShapeQuery::test(const PosedInstance& one) {
   hits_.finish();
   if (query_.kind == QueryKind::kPoint) {
     const double pad = kQueryPad + kQueryRayPad * std::fabs(run_.index.scale * most());
-    index_.point.most_sq = std::min(index_.point.most_sq, kernel::square_above(run_.index.scale * most() + pad));
+    point_.most_sq = std::min(point_.most_sq, kernel::square_above(run_.index.scale * most() + pad));
   }
-}
-
-// Tests the leaves that a search has met, the nearest first, and forgets them.
-void ShapeQuery::test_met(kernel::PointSearch& search) {
-  const auto begin = search.met, end = begin + search.met_count;
-  std::sort(begin, end, kernel::MetNearer());
-  for (const kernel::MetLeaf* leaf = begin; leaf != end && !is_done(); ++leaf) {
-    if (static_cast<double>(leaf->entry) > search.end) break;
-    ++run_.own.stats.leaf_tests;
-    const PosedInstance one = instance_at(run_, query_, leaf->node, leaf->lane);
-    test_box(one, at_instance(one), leaf->leaf);
-    if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
-  }
-  search.met_count = 0;
 }
 
 void ShapeQuery::finish(kernel::PointSearch& search) {
-  for (;;) {
-    if (search.any && search.is_met)
-      hits_.set_found();
-    else
-      test_met(search);
-    if (search.stop == kernel::SearchStop::kEnd || is_done()) break;
-    search.stop = kernel::SearchStop::kGoesOn;
-    search_by_turns(run_, run_.frame.kernels.search_points, &search, 1);
-  }
-  count_search(run_, search);
+  finish_search(run_, run_.frame.kernels.search_points, query_, search, hits_,
+                [this](const PosedInstance& one, std::uint32_t leaf) { test_box(one, at_instance(one), leaf); });
 }
 
 void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::PointSearch* searches) {

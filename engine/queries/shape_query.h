@@ -17,7 +17,7 @@ class ShapeQuery {
   // A probe of search_index and of histories.
   bool enter();
   bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const;
-  bool skips(float entry) const { return is_round() && entry > index_.point.most_sq; }
+  bool skips(float entry) const { return is_round() && entry > point_.most_sq; }
   void test(const PosedInstance& one);
   bool is_done() const { return hits_.is_done(); }
   bool is_in_order() const {
@@ -26,17 +26,16 @@ class ShapeQuery {
   bool has_all_wanted() const { return hits_.has_all_wanted(); }
 
  private:
-  // The query in some frame, as the kernels of bounds take it.
-  struct Lanes {
-    kernel::PointLanes point;  // of a sphere or point; others are not set
-    float lo[3], hi[3];        // of others
+  // The bounds of the query's shape in some frame, unless it is round.
+  struct Bounds {
+    float lo[3], hi[3];
   };
   // The query next to an instance.
   struct Local {
     Double3 at;    // its position relative to the instance's origin
     double error;  // how far rounding may have moved it
     double pad;    // the same for floats, and for the bounds of leaves
-    Lanes lanes;
+    Bounds bounds;
     float point[3];  // `at` as floats
     double off;      // what distances of boxes in float may be off
     float most_sq;   // of distances of boxes that are wanted
@@ -44,11 +43,10 @@ class ShapeQuery {
   struct Run;
 
   Local at_instance(const PosedInstance& one) const;
-  void test_met(kernel::PointSearch& search);
   bool is_round() const { return query_.kind == QueryKind::kSphere || query_.kind == QueryKind::kPoint; }
   double most() const;
-  void set_lanes(const Double3& at, double pad, double scale, Lanes& lanes) const;
-  std::uint32_t meets(const kernel::BoundsRow& row, const Lanes& lanes, float* entry) const;  // if it is not round
+  void set_bounds(const Double3& at, double pad, double scale, Bounds& bounds) const;
+  std::uint32_t meets(const kernel::BoundsRow& row, const Bounds& bounds, float* entry) const;  // if it is not round
   bool meets_box(const PosedInstance& one, const Local& local, std::uint32_t leaf) const;
   std::uint32_t meets_boxes(const BoxTile& boxes, const Local& local, float* distance_sq) const;
   void test_box(const PosedInstance& one, const Local& local, std::uint32_t leaf);
@@ -59,9 +57,10 @@ class ShapeQuery {
   const Query& query_;
   LinkHits& hits_;
   ConvexShape shape_;
-  float pose_[7];   // of the shape: the query's orientation alone
-  double half_[3];  // of the shape's bounds, along the world's axes
-  Lanes index_;
+  float pose_[7];             // of the shape: the query's orientation alone
+  double half_[3];            // of the shape's bounds, along the world's axes
+  kernel::PointLanes point_;  // in the index, if it is round
+  Bounds bounds_;             // likewise, if it is not
 };
 
 // Whether the job's inputs are searched for a query by search_together: a point that wants the nearest link, without
