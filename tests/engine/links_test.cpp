@@ -323,7 +323,7 @@ TEST_CASE("corners of leaves far from their origin: what padding and rounding re
     check_same(run_world(world, kLinks), brute);
     hits += brute.hits.size();
   }
-  CHECK(hits > least_count(300, 1500));
+  CHECK(hits >= least_count(300, 1500));
   CHECK(hits < rounds(1500));
 }
 
@@ -380,7 +380,7 @@ TEST_CASE("links report what brute reports in every world, on every instruction 
         CHECK(in_contact.hits.empty());
       }
   }
-  CHECK(hits > least_count(10'000, 40));
+  CHECK(hits >= least_count(10'000, 40));
 }
 
 TEST_CASE("links lose no pair that touches by the judge and invent none, with layers and margins") {
@@ -394,7 +394,7 @@ TEST_CASE("links lose no pair that touches by the judge and invent none, with la
     CHECK(missing_from(links.hits, judge_widened(world, kInvented)) == 0);
     hits += links.hits.size();
   }
-  CHECK(hits > least_count(2000, 25));
+  CHECK(hits >= least_count(2000, 25));
 }
 
 TEST_CASE("links confirmed by fcl are those that brute confirms, in_contact ones too") {
@@ -466,9 +466,9 @@ TEST_CASE("worlds of 1e-30 to 1e18, flat ones too: the same hits, and the same i
       CHECK(run_on(*engine, large, kLinks, run_frame, Report::kInContact).in_contact == brute.in_contact);
     }
   }
-  CHECK(hits > least_count(10'000, 40));
-  CHECK(masked > least_count(300, 40));
-  CHECK(unmasked_at_limit > least_count(1000, 40));
+  CHECK(hits >= least_count(10'000, 40));
+  CHECK(masked >= least_count(300, 40));
+  CHECK(unmasked_at_limit >= least_count(1000, 40));
 }
 
 TEST_CASE("a spoilt pose masks its instance alone, by the flag that brute gives it") {

@@ -136,7 +136,7 @@ TEST_CASE("a mirrored link has the boxes and hits of mirrored leaves, by every s
       CHECK(different == 0);
     }
   }
-  CHECK(hits > least_count(10000, 8));
+  CHECK(hits >= least_count(10000, 8));
 }
 
 TEST_CASE("no frame with mirrored links loses a pair that the judge finds") {
@@ -151,7 +151,7 @@ TEST_CASE("no frame with mirrored links loses a pair that the judge finds") {
     CHECK(missing_from(exact, outcome.hits) == 0);
     judged += exact.size();
   }
-  CHECK(judged > least_count(2000, 20));
+  CHECK(judged >= least_count(2000, 20));
 }
 
 TEST_CASE("shapes of every kind are mirrored with their link, for both exact tests") {
@@ -210,8 +210,8 @@ TEST_CASE("shapes of every kind are mirrored with their link, for both exact tes
       }
     }
   }
-  CHECK(hits > least_count(1000, 12));
-  CHECK(contacts > least_count(500, 12));
+  CHECK(hits >= least_count(1000, 12));
+  CHECK(contacts >= least_count(500, 12));
 }
 
 TEST_CASE("what touches does not depend on which links are roots") {
@@ -233,7 +233,7 @@ TEST_CASE("what touches does not depend on which links are roots") {
         hits += by_forest.hits.size();
       }
   }
-  CHECK(hits > least_count(10000, 12));
+  CHECK(hits >= least_count(10000, 12));
 }
 
 }  // namespace cab::tests

@@ -112,10 +112,10 @@ TEST_CASE("the nearest links of a state are those of a frame with the whole marg
       if (i != bad) CHECK(again[i].distance == nearest[i].distance);
     if (!scene.robot.body.joints.empty()) CHECK(std::isnan(again[bad].distance));
   }
-  CHECK(touching > least_count(100, 60));
-  CHECK(near > least_count(200, 60));
-  CHECK(with_fixed > least_count(20, 60));
-  CHECK(none > least_count(20, 60));
+  CHECK(touching >= least_count(100, 60));
+  CHECK(near >= least_count(200, 60));
+  CHECK(with_fixed >= least_count(20, 60));
+  CHECK(none >= least_count(20, 60));
 }
 
 TEST_CASE("a gradient is how the distance of the nearest points changes with each variable, for joints of all kinds") {
@@ -164,8 +164,8 @@ TEST_CASE("a gradient is how the distance of the nearest points changes with eac
       moving += std::fabs(slope) > 0.05;
     }
   }
-  CHECK(compared > least_count(500, 120));
-  CHECK(moving > least_count(100, 120));
+  CHECK(compared >= least_count(500, 120));
+  CHECK(moving >= least_count(100, 120));
 }
 
 TEST_CASE("a gradient is the slope of the distance itself where the nearest points stay the same") {

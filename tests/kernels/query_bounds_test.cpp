@@ -238,7 +238,7 @@ TEST_CASE("query bounds: no bounds are missed that a ray meets, and none is ente
     }
   }
   MESSAGE("rays and bounds: ", tried, ", met: ", met_count);
-  CHECK(met_count > least_count(5000, 6000));
+  CHECK(met_count >= least_count(5000, 6000));
 }
 
 TEST_CASE("query bounds: a ray that misses bounds by more than its pads is told that it does") {
@@ -274,7 +274,7 @@ TEST_CASE("query bounds: a ray that misses bounds by more than its pads is told 
       missed += (met >> lane & 1) == 0;
     }
   }
-  CHECK(apart > least_count(5000, 2000));
+  CHECK(apart >= least_count(5000, 2000));
   CHECK(missed == apart);
 }
 
@@ -322,8 +322,8 @@ TEST_CASE("query bounds: no bounds are missed that are within reach of a point, 
       CHECK((met >> lane & 1) == 1);
     }
   }
-  CHECK(met_count > least_count(5000, 6000));
-  CHECK(apart_count > least_count(5000, 6000));
+  CHECK(met_count >= least_count(5000, 6000));
+  CHECK(apart_count >= least_count(5000, 6000));
 }
 
 TEST_CASE("query bounds: no bounds are missed that overlap others, and those that are apart are told") {
@@ -363,8 +363,8 @@ TEST_CASE("query bounds: no bounds are missed that overlap others, and those tha
       }
     }
   }
-  CHECK(met_count > least_count(3000, 6000));
-  CHECK(apart_count > least_count(5000, 6000));
+  CHECK(met_count >= least_count(3000, 6000));
+  CHECK(apart_count >= least_count(5000, 6000));
 }
 
 TEST_CASE("query bounds: no bounds are missed of which a corner is behind a plane") {
@@ -410,8 +410,8 @@ TEST_CASE("query bounds: no bounds are missed of which a corner is behind a plan
       }
     }
   }
-  CHECK(met_count > least_count(5000, 6000));
-  CHECK(apart_count > least_count(5000, 6000));
+  CHECK(met_count >= least_count(5000, 6000));
+  CHECK(apart_count >= least_count(5000, 6000));
 }
 
 TEST_CASE("query bounds: infinite and NaN bounds are never left out by that, and infinite queries meet all") {
@@ -556,8 +556,8 @@ TEST_CASE("query bounds: a walk through an index meets what every lane meets, th
       skipped_count += wanted.size() - left;
     }
   }
-  CHECK(met_count > least_count(1000, 400));
-  CHECK(skipped_count > least_count(1000, 400));
+  CHECK(met_count >= least_count(1000, 400));
+  CHECK(skipped_count >= least_count(1000, 400));
 }
 
 }  // namespace cab::tests

@@ -270,9 +270,9 @@ TEST_CASE("query boxes: no box is missed that a ray meets, and none is entered l
     }
   }
   MESSAGE("met: ", met_count, ", touched by spheres: ", touching_count, ", apart: ", apart_count);
-  CHECK(met_count > least_count(1500, 6000));
-  CHECK(touching_count > least_count(2000, 6000));
-  CHECK(apart_count > least_count(8000, 6000));
+  CHECK(met_count >= least_count(1500, 6000));
+  CHECK(touching_count >= least_count(2000, 6000));
+  CHECK(apart_count >= least_count(8000, 6000));
   CHECK(told_count == apart_count);
 }
 
@@ -306,7 +306,7 @@ TEST_CASE("query boxes: a box that a ray surely meets is met no later than it sa
     }
   }
   MESSAGE("surely met: ", sure_count, " of ", met_count);
-  CHECK(sure_count > least_count(1000, 6000));
+  CHECK(sure_count >= least_count(1000, 6000));
   CHECK(4 * sure_count > met_count);
 }
 
@@ -334,7 +334,7 @@ TEST_CASE("query boxes: distances of a point are off by less than step 12.8 says
     }
   }
   MESSAGE("worst: ", static_cast<double>(worst) * 0x1p24, " u");
-  CHECK(inside > least_count(100, 3000));
+  CHECK(inside >= least_count(100, 3000));
 }
 
 TEST_CASE("query boxes: rays along directions of 0 meet the boxes that they are in") {

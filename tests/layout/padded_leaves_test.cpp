@@ -174,7 +174,7 @@ TEST_CASE("a padded leaf reaches as far as its padding asks for along every dire
     std::uint32_t bad_leaf = 0;
     CHECK(build_articulation({parents, {}, padded.leaves(), {}}, arena, &out, &bad_leaf) == Status::kOk);
   }
-  for (const std::size_t count : seen) CHECK(count > least_count(100, 300));
+  for (const std::size_t count : seen) CHECK(count >= least_count(100, 300));
 }
 
 TEST_CASE("a leaf without parts is its box, and a padding that is no length is refused") {

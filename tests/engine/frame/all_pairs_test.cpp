@@ -118,8 +118,8 @@ TEST_CASE("without an exact test all leaf pairs touch that layers, masks and ign
     hits += expected.size();
     masked += frame.stats.instances_masked;
   }
-  CHECK(hits > least_count(10000, 20));
-  CHECK(masked > least_count(20, 20));
+  CHECK(hits >= least_count(10000, 20));
+  CHECK(masked >= least_count(20, 20));
 }
 
 TEST_CASE("an exact test has the hits and contacts of frames with boxes, and is asked about every leaf pair") {
@@ -152,8 +152,8 @@ TEST_CASE("an exact test has the hits and contacts of frames with boxes, and is 
         contacts += nearest.contacts.size();
       }
   }
-  CHECK(hits > least_count(400, 10));
-  CHECK(contacts > least_count(100, 10));
+  CHECK(hits >= least_count(400, 10));
+  CHECK(contacts >= least_count(100, 10));
 }
 
 TEST_CASE("kInContact names the instances of the hits, and tests nothing that no batch asks about") {
@@ -180,7 +180,7 @@ TEST_CASE("kInContact names the instances of the hits, and tests nothing that no
     CHECK(run_all_pairs(*engine, job) == Status::kOk);
     CHECK(job.stats.exact_tests == 0);
   }
-  CHECK(yes > least_count(1000, 10));
+  CHECK(yes >= least_count(1000, 10));
 }
 
 TEST_CASE("a sequence of one frame is tested in every frame, and in none if it is masked") {

@@ -143,7 +143,7 @@ TEST_CASE("a crowd has the hits of all leaf pairs, and loses no touching pair") 
     hits += got.hits.size();
   }
   CHECK(crowds > rounds(60) * 9 / 10);
-  CHECK(hits > least_count(5000, 60));
+  CHECK(hits >= least_count(5000, 60));
 }
 
 TEST_CASE("placed boxes at the edge of touching have the hits of all leaf pairs") {
@@ -228,9 +228,9 @@ TEST_CASE("where some have words and some have none, by any rules and reports, h
     hits += got.hits.size();
     touching += !got.hits.empty();
   }
-  CHECK(hits > least_count(5000, 60));
-  CHECK(mixed > least_count(20, 60));
-  CHECK(touching > least_count(30, 60));
+  CHECK(hits >= least_count(5000, 60));
+  CHECK(mixed >= least_count(20, 60));
+  CHECK(touching >= least_count(30, 60));
 }
 
 TEST_CASE("hits and counts of a crowd are the same on every instruction set, and by any number of threads") {
@@ -294,7 +294,7 @@ TEST_CASE("what a crowd was in earlier frames changes neither hits nor counts no
       hits += got.hits.size();
     }
   }
-  CHECK(hits > least_count(1000, 12));
+  CHECK(hits >= least_count(1000, 12));
 }
 
 TEST_CASE("a crowd in one line, in towers, in one spot, far apart, or with giants has the hits of all leaf pairs") {

@@ -142,9 +142,9 @@ TEST_CASE("balls and capsules without boxes have the hits, contacts and flags th
     frames.contacts = false;
     CHECK(run(frames, Strategy::kAuto, Isa::kAuto).in_contact == boxes.in_contact);
   }
-  CHECK(hits > least_count(20000, 300));
-  CHECK(masked > least_count(50, 300));
-  CHECK(other_tests > least_count(200, 300));
+  CHECK(hits >= least_count(20000, 300));
+  CHECK(masked >= least_count(50, 300));
+  CHECK(other_tests >= least_count(200, 300));
 }
 
 TEST_CASE(

@@ -346,9 +346,9 @@ TEST_CASE("queries: what is answered is right, by boxes and by shapes, on every 
   if (rounds(1) > 1)
     MESSAGE("growth needed in u: ", growth[0], " by boxes, ", growth[2], " by shapes, times QueryTolerance::shapes");
   if (!runs_all_seeds()) return;
-  CHECK(hits > least_count(3000, 120));
+  CHECK(hits >= least_count(3000, 120));
   for (std::uint8_t kind = 0; kind < kQueryKindCount; ++kind)
-    CHECK(by_kind[static_cast<QueryKind>(kind)] > least_count(100, 120));
+    CHECK(by_kind[static_cast<QueryKind>(kind)] >= least_count(100, 120));
 }
 
 TEST_CASE("queries: every regime of every kind is answered right") {
@@ -496,7 +496,7 @@ TEST_CASE("queries: the bounds of the last frame may be used again, and frames k
     CHECK(oracle::same_hits(hits, hits_before));
     resting += after.stats.instances_resting;
   });
-  if (runs_all_seeds()) CHECK(resting > least_count(100, 20));
+  if (runs_all_seeds()) CHECK(resting >= least_count(100, 20));
 }
 
 TEST_CASE("queries: where no frame has stored the bounds of boxes, they are made whatever is stated") {
@@ -893,7 +893,7 @@ TEST_CASE("queries: a level of boxes is answered by its boxes, and one of nodes 
     job.exact = Exact::kConvex;
     CHECK(run_queries(*engine, job) == Status::kLodWithoutShapes);
   });
-  if (runs_all_seeds()) CHECK(hits > least_count(200, 15));
+  if (runs_all_seeds()) CHECK(hits >= least_count(200, 15));
 }
 
 TEST_CASE("queries: triangles of a level are met as triangles") {
@@ -1000,7 +1000,7 @@ TEST_CASE("queries: the nearest point of a shape is as far away as the hit says,
       close += distance < 1e-9;
     }
   });
-  if (runs_all_seeds()) CHECK(close > least_count(20, 40));
+  if (runs_all_seeds()) CHECK(close >= least_count(20, 40));
 }
 
 // ------------------------------------------------------------------------------------------------ room and refusals

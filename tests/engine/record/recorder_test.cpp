@@ -185,7 +185,7 @@ TEST_CASE("every moment of sequences is a frame of characters") {
     CHECK(found == expected);
     hits += found;
   }
-  CHECK(hits > 100);
+  CHECK(hits >= least_count(100, 30));
 }
 
 // A rig of one link with one box, `half` large.

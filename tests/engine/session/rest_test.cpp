@@ -191,9 +191,9 @@ TEST_CASE("a frame in which some rest has the hits of one in which all have move
           kept += engine->crowd.kept.end_sorted;
         }
       }
-    CHECK(hits > least_count(tests_all ? 4000 : 30000, 4));
-    CHECK(skipped > least_count(tests_all ? 1800 : 12000, 4));
-    CHECK(kept > least_count(tests_all ? 2000 : 10000, 4));
+    CHECK(hits >= least_count(tests_all ? 4000 : 30000, 4));
+    CHECK(skipped >= least_count(tests_all ? 1800 : 12000, 4));
+    CHECK(kept >= least_count(tests_all ? 2000 : 10000, 4));
   }
 }
 
@@ -218,7 +218,7 @@ TEST_CASE("characters of very different sizes find each other whoever rests") {
         hits += found.hits.size();
       }
     }
-  CHECK(hits > least_count(10000, 8));
+  CHECK(hits >= least_count(10000, 8));
 }
 
 TEST_CASE("the store grows with the hits of a frame, whoever rests") {
@@ -414,8 +414,8 @@ TEST_CASE("an instance rests if it was in its batch's last frame, whatever list 
         resting += rest;
       }
     }
-  CHECK(hits > least_count(5000, 6));
-  CHECK(resting > least_count(10000, 6));
+  CHECK(hits >= least_count(5000, 6));
+  CHECK(resting >= least_count(10000, 6));
 }
 
 TEST_CASE("without a statement all instances of a batch count as moved, of all batches in the next frame too") {

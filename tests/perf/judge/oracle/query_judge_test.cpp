@@ -443,8 +443,8 @@ TEST_CASE("query judge: nearest points and supports are right for every point th
         }
       }
   }
-  CHECK(bodies > least_count(700, 40));
-  CHECK(insides > least_count(20, 40));
+  CHECK(bodies >= least_count(700, 40));
+  CHECK(insides >= least_count(20, 40));
 }
 
 TEST_CASE("query judge: what a sampled point shows to be met must be met, and what a plane parts must not be") {
@@ -556,9 +556,9 @@ TEST_CASE("query judge: what a sampled point shows to be met must be met, and wh
     }
   }
   MESSAGE("leaves judged: ", judged, ", met: ", met, ", parted: ", parted, ", entered: ", entries);
-  CHECK(met > least_count(500, 40));
-  CHECK(parted > least_count(5000, 40));
-  CHECK(entries > least_count(50, 40));
+  CHECK(met >= least_count(500, 40));
+  CHECK(parted >= least_count(5000, 40));
+  CHECK(entries >= least_count(50, 40));
 }
 
 // -------------------------------------------------------------------------------------------------- answered jobs
@@ -700,7 +700,7 @@ TEST_CASE("query judge: what boxes with the padding of posed leaves answer passe
     hits += padded.hits.size();
     if (seed <= 10) needed = std::fmax(needed, needed_growth(given, padded.job()));
   }
-  CHECK(hits > least_count(400, 60));
+  CHECK(hits >= least_count(400, 60));
   CHECK(needed <= 128);
   CHECK(needed >= 16);
 }
@@ -891,6 +891,6 @@ TEST_CASE("query judge: right answers pass, and every planted fault is found") {
     });
   }
   MESSAGE("hits: ", hits, ", faults planted: ", planted);
-  CHECK(hits > least_count(400, 60));
-  CHECK(planted > least_count(800, 60));
+  CHECK(hits >= least_count(400, 60));
+  CHECK(planted >= least_count(800, 60));
 }

@@ -111,7 +111,7 @@ TEST_CASE("quick rays: what doubles are certain of, long double says too") {
   }
   MESSAGE("pairs: ", pairs, ", certain: ", certain, ", met: ", must);
   CHECK(certain > pairs * 9 / 10);
-  CHECK(must > least_count(3000, 300));
+  CHECK(must >= least_count(3000, 300));
 }
 
 TEST_CASE("quick rays: bounds of a distance are tight where a ray is near") {
@@ -189,6 +189,6 @@ TEST_CASE("quick rays: a right answer has no fault, and every planted fault is f
       noticed += closest.counts(judge).lost > 0;
     }
   }
-  CHECK(hits > least_count(500, 60));
+  CHECK(hits >= least_count(500, 60));
   CHECK(noticed >= farther * 9 / 10);
 }

@@ -76,7 +76,7 @@ TEST_CASE("random queries of every regime and kind are valid, and some meet a le
       }
       // Shapes that are far away meet nothing, and what is anywhere meets little.
       const bool is_far = static_cast<QueryRegime>(regime) == QueryRegime::kFar;
-      if (!is_far && static_cast<QueryRegime>(regime) != QueryRegime::kNowhere) CHECK(met > least_count(10, 20));
+      if (!is_far && static_cast<QueryRegime>(regime) != QueryRegime::kNowhere) CHECK(met >= least_count(10, 20));
       CHECK(asked >= met);
     }
 }
@@ -102,5 +102,5 @@ TEST_CASE("parts of random rigs are within their leaves' boxes") {
           }
       }
   }
-  CHECK(parts > least_count(100, 20));
+  CHECK(parts >= least_count(100, 20));
 }
