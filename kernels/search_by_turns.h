@@ -15,8 +15,8 @@ CAB_INLINE SearchStop take_turn(const SearchedIndex& index, Search& search) {
     if (cluster.generation != index.generation) return SearchStop::kPose;
     double apart[3];
     if (looks_at<V>(index, search.filter, cluster, way.at.lane, apart)) {
-      way.tested += way.tile == 0;
       const SearchStop stop = test_leaves<V>(cluster, apart, search);
+      way.tested += stop == SearchStop::kEnd || !way.is_within;
       if (stop != SearchStop::kGoesOn) return stop;
     }
   }

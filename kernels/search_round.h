@@ -158,6 +158,7 @@ CAB_INLINE void shorten(PointSearch& point, double most) {
 // may be the nearest are in point.met.
 template <class V>
 CAB_INLINE SearchStop test_leaves(const PosedCluster& cluster, const double (&apart)[3], PointSearch& point) {
+  constexpr float kMostFloat = std::numeric_limits<float>::max();
   SearchWay& way = point.way;
   const NearPoint near = at_instance(apart, cluster.lanes[way.at.lane].reach, 0);
   const Vec3<V> at = {V(near.at[0]), V(near.at[1]), V(near.at[2])};
@@ -187,7 +188,8 @@ CAB_INLINE SearchStop test_leaves(const PosedCluster& cluster, const double (&ap
       farther |= bits(Lanes<V>::load(distance_sq + first) > most_sq) << first;
     for (std::uint32_t met = leaf_bits(cluster.leaves, way.tile) & ~farther; met; met &= met - 1) {
       const std::uint32_t lane = lowest_bit(met);
-      const double distance = std::sqrt(static_cast<double>(distance_sq[lane])) - near.off;
+      const float sq = distance_sq[lane] < kMostFloat ? distance_sq[lane] : kMostFloat;  // it may have overflowed
+      const double distance = std::sqrt(static_cast<double>(sq)) - near.off;
       point.met[point.met_count++] = {float_below(distance > 0 ? distance : 0), way.at.node, way.at.lane,
                                       way.tile * kLanes + lane};
     }

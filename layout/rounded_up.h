@@ -1,6 +1,7 @@
 // Rounding from double to float that never makes a length or bounds too small.
 #pragma once
 
+#include "layout/compiler.h"
 #include "layout/error_bounds.h"
 
 #include <cmath>
@@ -16,7 +17,13 @@ inline float rounded_up(double value) {
 }
 
 // Floats just outside of bounds in double: a lower bound moves down, an upper bound up (docs/proof.md, step 4.5).
-inline float float_below(double value) { return static_cast<float>(value - kOutwards * std::fabs(value)); }
-inline float float_above(double value) { return static_cast<float>(value + kOutwards * std::fabs(value)); }
+// Infinity stays what it is.
+CAB_INLINE double outwards(double value) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  const double size = std::fabs(value);
+  return kOutwards * (size < kMost ? size : kMost);
+}
+CAB_INLINE float float_below(double value) { return static_cast<float>(value - outwards(value)); }
+CAB_INLINE float float_above(double value) { return static_cast<float>(value + outwards(value)); }
 
 }  // namespace cab

@@ -17,10 +17,12 @@ inline bool precedes(const QueryHit& x, const QueryHit& y) {
 
 class HitBuffer {
  public:
-  // storage: where hits are stored. wanted: how many at most.
-  HitBuffer(Span<QueryHit> storage, std::size_t wanted) : storage_(storage), wanted_(wanted) {}
+  // storage: where hits are stored. wanted: how many at most. after: if it is not null, only hits that come after it.
+  HitBuffer(Span<QueryHit> storage, std::size_t wanted, const QueryHit* after = nullptr)
+      : storage_(storage), wanted_(wanted), after_(after) {}
 
   void add(const QueryHit& hit) {
+    if (after_ && !precedes(*after_, hit)) return;
     ++found_;
     if (stored_ < std::min(storage_.size, wanted_)) {
       is_sorted_ = is_sorted_ && (stored_ == 0 || precedes(storage_[stored_ - 1], hit));
@@ -57,7 +59,9 @@ class HitBuffer {
   const QueryHit& last() const { return storage_[is_sorted_ ? stored_ - 1 : 0]; }
 
   Span<QueryHit> storage_;
-  std::size_t wanted_, found_ = 0, stored_ = 0;
+  std::size_t wanted_;
+  const QueryHit* after_;
+  std::size_t found_ = 0, stored_ = 0;
   bool is_sorted_ = true;
 };
 

@@ -51,15 +51,63 @@ IndexedPoint point_of(const InstanceBounds& bounds, std::uint32_t number, const 
   return out;
 }
 
-// The axis along which points spread most.
-int widest_axis(Span<const IndexedPoint> points) {
-  float width[3];
-  for (int c = 0; c < 3; ++c) {
-    const auto [lo, hi] = std::minmax_element(
-        points.begin(), points.end(), [c](const IndexedPoint& x, const IndexedPoint& y) { return x.at[c] < y.at[c]; });
-    width[c] = hi->at[c] - lo->at[c];
+// Where points are along the axis along which they spread most.
+struct Spread {
+  int axis;
+  float lo, width;
+};
+Spread widest(Span<const IndexedPoint> points) {
+  float lo[3], hi[3];
+  for (int c = 0; c < 3; ++c) lo[c] = hi[c] = points[0].at[c];
+  for (const IndexedPoint& point : points)
+    for (int c = 0; c < 3; ++c) {
+      lo[c] = point.at[c] < lo[c] ? point.at[c] : lo[c];
+      hi[c] = point.at[c] > hi[c] ? point.at[c] : hi[c];
+    }
+  Spread out = {0, lo[0], hi[0] - lo[0]};
+  for (int c = 1; c < 3; ++c)
+    if (hi[c] - lo[c] > out.width) out = {c, lo[c], hi[c] - lo[c]};
+  return out;
+}
+
+// Moves the points for which is_first holds before the others, without a branch. Returns how many there are.
+template <class IsFirst>
+std::size_t move_first(Span<IndexedPoint> points, const IsFirst& is_first) {
+  std::size_t count = 0;
+  for (IndexedPoint& point : points) {
+    const std::size_t is_one = is_first(point);
+    std::swap(point, points[count]);
+    count += is_one;
   }
-  return static_cast<int>(std::max_element(width, width + 3) - width);
+  return count;
+}
+
+// Moves the first `half` points along an axis before the others, as std::nth_element does. It counts how many points
+// are where along the axis first: what is left to order then is little.
+void halve(Span<IndexedPoint> points, std::size_t half, const Spread& along) {
+  constexpr std::size_t kFew = 128;
+  constexpr std::uint32_t kBins = 64;
+  constexpr float kThin = 1e-30f;
+  const int axis = along.axis;
+  std::size_t begin = 0, end = points.size;
+  if (points.size > kFew && along.width > kThin) {
+    const float scale = static_cast<float>(kBins) / along.width;
+    const auto bin_of = [&](const IndexedPoint& point) { return (point.at[axis] - along.lo) * scale; };
+    std::uint32_t counts[kBins] = {};
+    for (const IndexedPoint& point : points) ++counts[std::min(static_cast<std::uint32_t>(bin_of(point)), kBins - 1)];
+    std::uint32_t bin = 0;
+    for (; begin + counts[bin] <= half; ++bin) begin += counts[bin];
+    end = begin + counts[bin];
+    const auto before = static_cast<float>(bin), after = static_cast<float>(bin + 1);
+    move_first(points, [&](const IndexedPoint& point) { return bin_of(point) < before; });
+    if (bin + 1 < kBins)
+      move_first({points.data + begin, points.size - begin},
+                 [&](const IndexedPoint& point) { return bin_of(point) < after; });
+  }
+  std::nth_element(points.begin() + begin, points.begin() + half, points.begin() + end,
+                   [axis](const IndexedPoint& x, const IndexedPoint& y) {
+                     return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.number < y.number;
+                   });
 }
 
 // Halves points along the axis of most spread until at most `most` are left, a power of two from sixteen on, so that
@@ -70,11 +118,7 @@ void halve_points(Span<IndexedPoint> points, std::size_t most, const Take& take)
   while (points.size > most) {
     std::size_t half = kLanes;
     while (2 * half < points.size) half *= 2;
-    const int axis = widest_axis({points.data, points.size});
-    std::nth_element(points.begin(), points.begin() + half, points.end(),
-                     [axis](const IndexedPoint& x, const IndexedPoint& y) {
-                       return x.at[axis] != y.at[axis] ? x.at[axis] < y.at[axis] : x.number < y.number;
-                     });
+    halve(points, half, widest({points.data, points.size}));
     halve_points({points.data, half}, most, take);
     points = {points.data + half, points.size - half};
   }
@@ -140,7 +184,7 @@ void add_batch(std::uint32_t slot, std::uint32_t given, InstanceAt&& instance_at
 }
 
 // Puts clusters near each other together.
-void order_clusters(Arrangement arrangement, QueryIndex& index) {
+void order_clusters(QueryIndex& index) {
   const FixedList<QueryCluster>& clusters = index.clusters;
   for (std::uint32_t i = 0; i < clusters.size; ++i) {
     const QueryCluster& of = clusters.data[i];
@@ -148,7 +192,7 @@ void order_clusters(Arrangement arrangement, QueryIndex& index) {
     index.cluster_order[i].number = i;
     index.unordered.data[i] = of;
   }
-  if (arrangement == Arrangement::kHalved) {
+  if (index.arrangement == Arrangement::kHalved) {
     order_points({index.cluster_order.data, clusters.size});
     for (std::uint32_t i = 0; i < clusters.size; ++i)
       clusters.data[i] = index.unordered.data[index.cluster_order[i].number];
@@ -264,7 +308,7 @@ void lay_out_index(StoredBatches batches, QueryIndex& index) {
   }
 }
 
-void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& pool, QueryIndex& index) {
+void build_index(StoredBatches batches, WorkerPool& pool, QueryIndex& index) {
   Hull all;
   const auto for_each_given = [&](auto&& take) {
     for (std::uint32_t slot = 0; slot < batches.size; ++slot)
@@ -282,14 +326,14 @@ void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& poo
     add_batch(
         slot, active_count(batch), [&batch](std::uint32_t place) { return active_instance(batch, place); },
         [&](std::uint32_t begin, Span<IndexedPoint> points) {
-          if (arrangement == Arrangement::kHalved)
+          if (index.arrangement == Arrangement::kHalved)
             order_points(points, *pool.tasks);
           else
             order_on_curve(begin, points, index);
         },
         index);
   });
-  order_clusters(arrangement, index);
+  order_clusters(index);
   lay_out_levels(index);
   const std::uint32_t clusters = index.clusters.size;
   pool.tasks->for_each((clusters + kNodesPerTask - 1) / kNodesPerTask, [&](std::uint32_t task, std::uint32_t) {
@@ -297,7 +341,6 @@ void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& poo
     for (std::uint32_t cluster = task * kNodesPerTask; cluster < end; ++cluster) make_cluster_node(index, cluster);
   });
   make_inner_nodes(index);
-  index.arrangement = arrangement;
 }
 
 void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
@@ -309,11 +352,11 @@ void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
   add_batch(
       slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; },
       [](std::uint32_t, Span<IndexedPoint> points) { order_points(points); }, index);
-  order_clusters(Arrangement::kHalved, index);
+  index.arrangement = Arrangement::kHalved;
+  order_clusters(index);
   lay_out_levels(index);
   for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);
   make_inner_nodes(index);
-  index.arrangement = Arrangement::kHalved;
 }
 
 }  // namespace cab

@@ -44,7 +44,6 @@ struct QueryIndex {
 
   std::uint64_t of_frame = 0;  // Engine::bounds_of_frame, if it holds the instances of that frame
   Arrangement arrangement = Arrangement::kOnCurve;
-  std::size_t gain = 0;  // what halving gains for queries about that frame, in rays; counted as far as it matters
   std::uint32_t levels = 0;
   std::uint32_t level_begin[kMostLevels + 1] = {};
   double center[3] = {}, scale = 1;
@@ -97,8 +96,8 @@ void sort_by_key(Span<KeyedNumber> order, Span<KeyedNumber> other);
 // Sets where the instances of each batch begin: before their bounds are stored.
 void lay_out_index(StoredBatches batches, QueryIndex& index);
 
-// Makes the index of all given instances whose bounds are not kNoBounds.
-void build_index(StoredBatches batches, Arrangement arrangement, WorkerPool& pool, QueryIndex& index);
+// Makes the index of all given instances whose bounds are not kNoBounds, arranged as it says.
+void build_index(StoredBatches batches, WorkerPool& pool, QueryIndex& index);
 
 // Makes an index of one batch, halved, from index.bounds of its instances alone. slot: index of the batch.
 void build_index_of_one(std::uint32_t slot, QueryIndex& index);

@@ -1,7 +1,7 @@
 // Sizes the memory of run_queries.
 #include "engine/queries/query_memory.h"
 
-#include "engine/session/engine.h"
+#include "engine/queries/query_indexes.h"
 #include "engine/session/make_list.h"
 #include "layout/leaf_bounds_soa.h"
 
@@ -10,8 +10,11 @@
 namespace cab {
 namespace {
 
-// A worker keeps so many clusters of instances with sixteen leaves, and at least one of the largest articulation.
-constexpr std::size_t kPosedClusters = 1024;
+// A worker keeps so many tiles of sixteen posed leaves, and at least those of a cluster of the largest articulation.
+constexpr std::size_t kKeptTiles = 16384;
+
+// How many clusters of the largest articulation there is room for per query that is searched for with others.
+constexpr std::size_t kPerSearch = 4;
 
 }  // namespace
 
@@ -24,29 +27,20 @@ QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, 
   memory->results = arena.allocate<QueryResult>(needs.queries);
   memory->hit_begin = arena.allocate<std::size_t>(needs.queries);
   memory->layers = arena.allocate<const std::uint32_t*>(needs.batch_slots);
-  QueryIndex& index = memory->index;
   const std::size_t clusters = needs.character_tiles, instances = needs.character_instances;
-  index.clusters = make_list<QueryCluster>(arena, clusters);
-  index.nodes = make_list<AabbTile>(arena, most_nodes(clusters));
-  index.used = arena.allocate<std::uint16_t>(most_nodes(clusters));
-  index.order = arena.allocate<IndexedPoint>(instances);
-  index.keys = arena.allocate<KeyedNumber>(instances);
-  index.other_keys = arena.allocate<KeyedNumber>(instances);
-  index.cluster_order = arena.allocate<IndexedPoint>(clusters);
-  index.unordered = make_list<QueryCluster>(arena, clusters);
-  index.bounds = arena.allocate<InstanceBounds>(instances);
-  index.batch_begin = arena.allocate<std::uint32_t>(needs.batch_slots);
-  index.given = arena.allocate<std::uint32_t>(needs.batch_slots);
-  const std::size_t leaf_tiles = needs.leaf_bounds_floats / leaf_bounds_floats(kLanes);
+  const std::size_t tiles_of_one = needs.leaf_bounds_floats / leaf_bounds_floats(kLanes);
+  const std::size_t cluster = std::max<std::size_t>(kLanes * tiles_of_one, 1);
+  const std::size_t posed = std::max(std::min(kKeptTiles, needs.leaf_tiles), cluster);
+  memory->together = static_cast<std::uint32_t>(std::clamp<std::size_t>(posed / (kPerSearch * cluster), 1, kLanes));
+  if (posed >= needs.leaf_tiles) memory->together = kLanes;
   for (std::size_t w = 0; w < workers; ++w) {
     auto worker = std::make_unique<QueryWorker>(allocator);
     Arena& own = worker->arena;
-    const std::size_t posed = std::min(kPosedClusters, clusters) * kLanes;
     worker->posed.clusters = own.allocate<kernel::PosedCluster>(clusters);
-    worker->posed.boxes = make_list<BoxTile>(own, std::max(posed, kLanes * leaf_tiles));
+    worker->posed.boxes = make_list<BoxTile>(own, posed);
     worker->met = make_list<MetInstance>(own, instances);
     worker->met_nodes = make_list<kernel::MetNode>(own, clusters);
-    worker->met_leaves = make_list<kernel::MetLeaves>(own, instances * std::max<std::size_t>(leaf_tiles, 1));
+    worker->met_leaves = make_list<kernel::MetLeaves>(own, needs.leaf_tiles);
     worker->overlapped = make_list<kernel::MetLeaves>(own, 2 * needs.queries + kSpareHits);
     worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kSpareHits);
     worker->of_instance = make_list<QueryHit>(own, needs.joints);
@@ -58,6 +52,10 @@ QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, 
 
 void QueryMemoryDelete::operator()(QueryMemory* memory) const { delete memory; }
 
+QueryIndexesPtr make_query_indexes() { return QueryIndexesPtr(new QueryIndexes); }
+
+void QueryIndexesDelete::operator()(QueryIndexes* indexes) const { delete indexes; }
+
 std::size_t query_bytes(const Engine& engine) {
   std::size_t out = 0;
   for (const auto& reader : engine.readers) {
@@ -65,6 +63,9 @@ std::size_t query_bytes(const Engine& engine) {
     out += reader->queries->arena.bytes();
     for (const auto& worker : reader->queries->workers) out += worker->arena.bytes();
   }
+  if (!engine.query_indexes) return out;
+  const std::lock_guard lock(engine.query_indexes->mutex);
+  for (const auto& stored : engine.query_indexes->all) out += stored->arena.bytes();
   return out;
 }
 

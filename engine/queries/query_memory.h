@@ -1,7 +1,8 @@
-// The memory of run_queries: the index, what is kept per query, and what each worker keeps.
+// The memory of a call of run_queries: what is kept per query, and what each worker keeps.
 #pragma once
 
 #include "engine/queries/query_index.h"
+#include "engine/session/engine.h"
 #include "kernels/posed_cluster.h"
 #include "kernels/search_round.h"
 #include "layout/tile.h"
@@ -57,8 +58,9 @@ struct QueryMemory {
   explicit QueryMemory(const Allocator& allocator) : arena(allocator) {}
 
   Arena arena;
-  std::size_t queries = 0;  // how many are worked on at a time
-  QueryIndex index;
+  std::size_t queries = 0;     // how many are worked on at a time
+  std::uint32_t together = 1;  // how many queries are searched for by turns: the clusters that they meet have room
+  std::uint64_t posed_of = 0;  // StoredIndex::serial of the index that workers have posed clusters of
   Span<const std::uint32_t*> layers;     // by index of the batch: those of its input, or null
   Span<KeyedNumber> order, other_order;  // of the queries of a chunk along the index's curve
   Span<QueryResult> results;             // by query of a chunk

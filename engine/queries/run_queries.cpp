@@ -2,6 +2,7 @@
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/broad_phase/z_order.h"
 #include "engine/queries/past.h"
+#include "engine/queries/query_indexes.h"
 #include "engine/queries/sphere_query.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/session/call.h"
@@ -23,24 +24,13 @@ constexpr std::uint32_t kTilesPerTask = 8;
 
 // A worker takes so many tasks of a chunk, unless they would have fewer or more queries than this.
 constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = 64;
-constexpr std::uint32_t kTogether = kLanes;  // how many rays or points are searched for by turns
-constexpr std::uint32_t kPrefetched = 12;    // how many queries ahead one is prefetched
+constexpr std::uint32_t kPrefetched = 12;  // how many queries ahead one is prefetched
 
 // Queries are put in order along the curve if a chunk has more than this.
 constexpr std::uint32_t kQueriesInAnyOrder = 64;
 
 // Up to this many instances and queries the calling thread works alone.
 constexpr std::size_t kInstancesAlone = 256, kQueriesAlone = 32;
-
-// The arrangement that pays for what a job asks, and what others have asked of the same frame. To halve instances takes
-// as long as one and a half times as many rays save by it, or a sixth of so many other queries.
-Arrangement arrangement_for(const QueryJob& job, std::size_t instances, QueryIndex& index) {
-  constexpr std::size_t kLeast = 1024, kOthers = 6;
-  const std::size_t price = std::max(kLeast, instances + instances / 2);
-  for (std::size_t i = 0; i < job.queries.size && index.gain <= price; ++i)
-    index.gain += job.queries[i].kind == QueryKind::kRay ? 1 : kOthers;
-  return index.gain <= price ? Arrangement::kOnCurve : Arrangement::kHalved;
-}
 
 // --------------------------------------------------------------------------------------------------------- checks
 
@@ -81,7 +71,9 @@ Status validate(const Engine& engine, Call& call, QueryJob& job) {
     return bad.status;
   }
   if (const Status status = bind_histories(engine, call, job.histories); status != Status::kOk) return status;
-  if (job.hits.size && !job.hits.data) return Status::kBadHitBuffer;
+  if ((job.hits.size && !job.hits.data) || (job.links.size && !job.links.data)) return Status::kBadHitBuffer;
+  if (job.hits.size && job.links.size) return Status::kBadHitBuffer;
+  if (!job.counts.empty() && (!job.counts.data || job.counts.size != job.queries.size)) return Status::kBadOutput;
   if (!job.found.empty() && (!job.found.data || job.found.size != job.queries.size)) return Status::kBadOutput;
   return Status::kOk;
 }
@@ -123,33 +115,24 @@ void bound_tile(const FrameContext& frame, std::uint32_t slot, std::uint32_t til
   }
 }
 
-// Whether the index that is there is that of the job, arranged at least so well.
-bool has_index(const Engine& engine, const Call& call, const QueryJob& job, Arrangement arrangement) {
-  const QueryIndex& index = call.reader().queries->index;
-  if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) return false;
-  if (index.arrangement < arrangement) return false;
-  for (std::uint32_t slot = 0; slot < call.batches().size; ++slot) {
-    const InstanceBatch& batch = call.batches()[slot]->batch;
-    if (index.given[slot] != (batch.input ? active_count(batch) : 0)) return false;
-    if (batch.input && !has_frame_bounds(engine, batch)) return false;
-  }
-  return true;
+// The frame that a job states to be that of its inputs, if the bounds of all of them are stored since then, else 0.
+std::uint64_t frame_of(const Engine& engine, const Call& call, const QueryJob& job) {
+  const bool has_bounds = std::all_of(job.inputs.begin(), job.inputs.end(), [&](const BatchInput& input) {
+    return has_frame_bounds(engine, call.batch(input.batch));
+  });
+  return job.reuse_bounds && has_bounds ? engine.bounds_of_frame : 0;
 }
 
-void make_index(const Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job,
-                Arrangement arrangement) {
+// Stores the bounds of all instances that are given, and makes the index of them.
+void make_index(const Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job, QueryIndex& index) {
   QueryMemory& memory = *call.reader().queries;
   WorkerPool& pool = *call.reader().pool;
-  QueryIndex& index = memory.index;
   QueryStats& stats = memory.workers[0]->stats;
-  index.of_frame = 0;  // until it is made: a call that fails leaves no index
-  for (const auto& worker : memory.workers) forget_clusters(worker->posed);
   {
     const Timed timed(stats.seconds_bound);
     lay_out_index(frame.batches, index);
     for (std::uint32_t slot = 0; slot < frame.batches.size; ++slot) {
       const InstanceBatch& batch = frame.batch(slot);
-      index.given[slot] = batch.input ? active_count(batch) : 0;
       if (!batch.input) continue;
       if (job.reuse_bounds && has_frame_bounds(engine, batch)) {
         call.store_last_bounds(slot);
@@ -165,15 +148,26 @@ void make_index(const Engine& engine, Call& call, const FrameContext& frame, con
     }
   }
   const Timed timed(stats.seconds_index);
-  build_index(frame.batches, arrangement, pool, index);
-  index.of_frame = job.reuse_bounds ? engine.bounds_of_frame : 0;
+  build_index(frame.batches, pool, index);
 }
 
 // -------------------------------------------------------------------------------------------------------- queries
 
+// What becomes of the hits of a job.
+enum class Output { kHits, kLinks, kCounts };
+
+Output output_of(const QueryJob& job) {
+  if (job.links.size) return Output::kLinks;
+  return job.hits.size || job.counts.empty() ? Output::kHits : Output::kCounts;
+}
+
+// How many of them there is room for. None are written where they are counted.
+std::size_t room_of(const QueryJob& job) { return job.hits.size + job.links.size; }
+
 // The queries of a job from `first` on that are answered together.
 struct Chunk {
   const FrameContext& frame;
+  const QueryIndex& index;
   const QueryJob& job;
   QueryMemory& memory;
   WorkerPool& pool;
@@ -193,7 +187,7 @@ struct Chunk {
   QueryRun run(std::uint32_t worker) const {
     const Span<const StoredHistory* const> asked = {past ? past->asked.data() : nullptr, past ? past->asked.size() : 0};
     return {frame,
-            memory.index,
+            index,
             {memory.layers.data, memory.layers.size},
             job,
             pool[worker].pose,
@@ -253,7 +247,7 @@ QueryResult answer_by_bits(const QueryRun& run, std::size_t number) {
   std::size_t count = 0;
   for (const kernel::MetLeaves& at : found) count += count_bits(at.inside);
   FixedList<kernel::MetLeaves>& to = run.own.overlapped;
-  const bool is_stored = to.size + found.size <= to.capacity;
+  const bool is_stored = output_of(run.job) != Output::kCounts && to.size + found.size <= to.capacity;
   if (is_stored) std::copy_n(found.data, found.size, to.end());
   return {0,
           0,
@@ -263,11 +257,10 @@ QueryResult answer_by_bits(const QueryRun& run, std::size_t number) {
           count > 0};
 }
 
-// Answers one query, whose hits go to `to`. Returns how many there are and whether they are sorted there.
-QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, Collected& collected,
+// Answers one query, whose hits go to `buffer`. Returns how many there are and whether they are sorted there.
+QueryResult answer(const QueryRun& run, std::size_t number, HitBuffer buffer, Collected& collected,
                    const Begun& begun = {}) {
   const Query& query = run.job.queries[number];
-  HitBuffer buffer(to, wanted_by(query));
   LinkHits hits(run, query, static_cast<std::uint32_t>(number), buffer);
   const auto at = static_cast<std::uint32_t>(number);
   if (query.time == kNow || run.asks_static) search(run, query, at, begun, hits);
@@ -283,7 +276,7 @@ QueryResult answer(const QueryRun& run, std::size_t number, Span<QueryHit> to, C
 // Puts the queries of a chunk in the order of the index's curve, so that those that follow each other meet the same
 // instances.
 void order_queries(const Chunk& chunk) {
-  const QueryIndex& index = chunk.memory.index;
+  const QueryIndex& index = chunk.index;
   const bool is_ordered = chunk.count > kQueriesInAnyOrder && index.levels > 0;
   chunk.pool.tasks->for_each(chunk.task_count(), [&](std::uint32_t task, std::uint32_t) {
     for (std::uint32_t i = chunk.begin_of(task); i < chunk.begin_of(task + 1); ++i)
@@ -300,6 +293,7 @@ void keep_result(const Chunk& chunk, std::uint32_t query, std::uint32_t w, std::
   kept.worker = w;
   kept.begin = begin;
   if (!chunk.job.found.empty()) chunk.job.found[chunk.first + query] = result.is_found;
+  if (!chunk.job.counts.empty()) chunk.job.counts[chunk.first + query] = result.count;
 }
 
 // Prefetches queries that are asked soon.
@@ -321,20 +315,21 @@ void answer_in_order(const Chunk& chunk, const QueryRun& run, std::uint32_t plac
     if (result.is_stored) found.size += result.tiles;
     return;
   }
-  const QueryResult result =
-      answer(run, chunk.first + query, {hits.end(), hits.capacity - hits.size}, collected, begun);
+  const std::size_t room = output_of(chunk.job) == Output::kCounts ? 0 : hits.capacity - hits.size;
+  const HitBuffer buffer({hits.end(), room}, wanted_by(chunk.job.queries[chunk.first + query]));
+  const QueryResult result = answer(run, chunk.first + query, buffer, collected, begun);
   keep_result(chunk, query, w, hits.size, result);
   if (result.is_stored) hits.size += result.count;
 }
 
-// The numbers of the queries from a place of the order on that are searched for together: up to another query, or
-// kTogether of them.
+// The numbers of the queries from a place of the order on that are searched for together: up to another query, or as
+// many as the worker's memory is good for.
 struct Together {
-  std::uint32_t numbers[kTogether], count = 0;
+  std::uint32_t numbers[kLanes], count = 0;
 
   template <class Takes>
   Together(const Chunk& chunk, std::uint32_t place, std::uint32_t end, Takes&& takes) {
-    for (; count < kTogether && place + count < end; ++count) {
+    for (; count < chunk.memory.together && place + count < end; ++count) {
       numbers[count] = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place + count].number);
       const Query& query = chunk.job.queries[numbers[count]];
       if (query.time != kNow || !takes(query)) break;
@@ -348,9 +343,9 @@ std::uint32_t answer_rays(const Chunk& chunk, const QueryRun& run, std::uint32_t
                           std::uint32_t w, Collected& collected) {
   const Together rays(chunk, place, end, [](const Query& query) { return query.kind == QueryKind::kRay; });
   if (rays.count == 0) return 0;
-  kernel::RaySearch searches[kTogether];
+  kernel::RaySearch searches[kLanes];
   FirstTouches touches;
-  prefetch_queries(chunk, place + rays.count, kTogether);
+  prefetch_queries(chunk, place + rays.count, rays.count);
   search_together(run, rays.span(), searches);
   cast_first(run, rays.span(), searches, touches);
   FixedList<QueryHit>& hits = run.own.hits;
@@ -373,8 +368,8 @@ std::uint32_t answer_points(const Chunk& chunk, const QueryRun& run, std::uint32
                             std::uint32_t w, Collected& collected) {
   const Together points(chunk, place, end, [&run](const Query& query) { return wants_nearest(run, query); });
   if (points.count == 0) return 0;
-  kernel::PointSearch searches[kTogether];
-  prefetch_queries(chunk, place + points.count, kTogether);
+  kernel::PointSearch searches[kLanes];
+  prefetch_queries(chunk, place + points.count, points.count);
   search_together(run, points.span(), searches);
   for (std::uint32_t i = 0; i < points.count; ++i)
     answer_in_order(chunk, run, place + i, w, collected, {nullptr, &searches[i]});
@@ -410,30 +405,76 @@ void answer_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
   }
 }
 
-// Writes the hits of the queries of one task to the job's. Those for which the worker had no room are found again.
-void write_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
-  const QueryRun run = chunk.run(w);
-  const QueryStats counted = run.own.stats;
-  Collected not_collected;
+// A hit in full, and as an entry of a short list.
+void write(const QueryHit& hit, QueryHit& to) { to = hit; }
+void write(const QueryHit& hit, QueryLink& to) { to = {hit.query, hit.batch, hit.instance, hit.link, hit.leaf}; }
+
+// Writes the hits of the queries of one task to a list of the job, of those that the workers have stored.
+template <class Hit>
+void write_stored(const Chunk& chunk, const QueryRun& run, std::uint32_t task, Span<Hit> list) {
   const std::uint32_t end = chunk.begin_of(task + 1);
   for (std::uint32_t query = chunk.begin_of(task); query < end; ++query) {
     const QueryResult& result = chunk.memory.results[query];
-    QueryHit* const to = chunk.job.hits.data + chunk.memory.hit_begin[query];
+    if (!result.is_stored) continue;
     const std::size_t number = chunk.first + query;
-    if (is_answered_by_bits(run, chunk.job.queries[number])) {
-      const kernel::MetLeaves* const stored = chunk.memory.workers[result.worker]->overlapped.data + result.begin;
-      write_overlapped(run, static_cast<std::uint32_t>(number),
-                       result.is_stored ? Span<const kernel::MetLeaves>{stored, result.tiles}
-                                        : find_overlapped(run, chunk.job.queries[number]),
-                       {to, result.count});
-    } else if (result.is_stored) {
-      const QueryHit* const from = chunk.memory.workers[result.worker]->hits.data + result.begin;
-      for (std::uint32_t i = 0; i < result.count; ++i) to[i] = from[i];  // mostly one
-    } else {
-      answer(run, number, {to, result.count}, not_collected);
-    }
+    const Span<Hit> to = {list.data + chunk.memory.hit_begin[query], result.count};
+    const QueryWorker& from = *chunk.memory.workers[result.worker];
+    if (is_answered_by_bits(run, chunk.job.queries[number]))
+      write_overlapped(run, static_cast<std::uint32_t>(number), {from.overlapped.data + result.begin, result.tiles},
+                       to);
+    else
+      for (std::uint32_t i = 0; i < result.count; ++i) write(from.hits.data[result.begin + i], to[i]);  // mostly one
+  }
+}
+
+// Finds the hits of one query again, and writes them to the job's.
+void write_again(const QueryRun& run, std::size_t number, Span<QueryHit> to) {
+  Collected none;
+  answer(run, number, HitBuffer(to, to.size), none);
+}
+
+// The same as a short list: as many at a time as the worker has room for, all of which are written.
+void write_again(const QueryRun& run, std::size_t number, Span<QueryLink> to) {
+  const FixedList<QueryHit>& room = run.own.hits;
+  QueryHit last;
+  for (std::size_t done = 0; done < to.size;) {
+    Collected none;
+    const std::size_t count = std::min<std::size_t>(room.capacity, to.size - done);
+    answer(run, number, HitBuffer({room.data, count}, count, done ? &last : nullptr), none);
+    for (std::size_t i = 0; i < count; ++i) write(room.data[i], to[done + i]);
+    last = room.data[count - 1];
+    done += count;
+  }
+}
+
+// Writes the hits of the queries of one task for which the workers had no room, where all others are written.
+template <class Hit>
+void write_others(const Chunk& chunk, const QueryRun& run, std::uint32_t task, Span<Hit> list) {
+  const QueryStats counted = run.own.stats;
+  const std::uint32_t end = chunk.begin_of(task + 1);
+  for (std::uint32_t query = chunk.begin_of(task); query < end; ++query) {
+    const QueryResult& result = chunk.memory.results[query];
+    if (result.is_stored || result.count == 0) continue;
+    const std::size_t number = chunk.first + query;
+    const Span<Hit> to = {list.data + chunk.memory.hit_begin[query], result.count};
+    if (is_answered_by_bits(run, chunk.job.queries[number]))
+      write_overlapped(run, static_cast<std::uint32_t>(number), find_overlapped(run, chunk.job.queries[number]), to);
+    else
+      write_again(run, number, to);
   }
   run.own.stats = counted;  // by answer_task
+}
+
+// Writes the hits of a chunk to a list of the job, which has room for them.
+template <class Hit>
+void write_hits(const Chunk& chunk, Span<Hit> list) {
+  const std::uint32_t tasks = chunk.task_count();
+  chunk.pool.tasks->for_each(
+      tasks, [&](std::uint32_t task, std::uint32_t w) { write_stored(chunk, chunk.run(w), task, list); });
+  const QueryResult* const results = chunk.memory.results.data;
+  if (std::all_of(results, results + chunk.count, [](const QueryResult& result) { return result.is_stored; })) return;
+  chunk.pool.tasks->for_each(
+      tasks, [&](std::uint32_t task, std::uint32_t w) { write_others(chunk, chunk.run(w), task, list); });
 }
 
 void run_chunk(const Chunk& chunk, QueryJob& job) {
@@ -448,13 +489,17 @@ void run_chunk(const Chunk& chunk, QueryJob& job) {
     chunk.memory.hit_begin[query] = job.hits_needed;
     job.hits_needed += chunk.memory.results[query].count;
   }
-  if (job.hits_needed <= job.hits.size)
-    chunk.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) { write_task(chunk, task, w); });
+  if (job.hits_needed > room_of(job)) return;
+  if (output_of(job) == Output::kLinks)
+    write_hits(chunk, job.links);
+  else
+    write_hits(chunk, job.hits);
 }
 
 // Answers all queries of a job, as many in a chunk as are likely to have so few hits that these stay in cache until
 // they are written, and that workers have room for.
-void run_chunks(const FrameContext& frame, Reader& reader, bool links_are_leaves, bool asks_static, QueryJob& job) {
+void run_chunks(const FrameContext& frame, const QueryIndex& index, Reader& reader, bool links_are_leaves,
+                bool asks_static, QueryJob& job) {
   constexpr std::size_t kFirst = 512, kHitsInCache = 16384;
   QueryMemory& memory = *reader.queries;
   const HistoryMemory* const past = job.histories.empty() ? nullptr : reader.past.get();
@@ -463,7 +508,7 @@ void run_chunks(const FrameContext& frame, Reader& reader, bool links_are_leaves
   std::size_t most = std::min(memory.queries, kFirst);
   for (std::size_t first = 0; first < job.queries.size;) {
     const auto count = static_cast<std::uint32_t>(std::min(most, job.queries.size - first));
-    run_chunk({frame, job, memory, *reader.pool, past, links_are_leaves, asks_static, first, count}, job);
+    run_chunk({frame, index, job, memory, *reader.pool, past, links_are_leaves, asks_static, first, count}, job);
     std::size_t hits = 1;
     for (const auto& worker : memory.workers) hits += worker->hits.size + worker->overlapped.size;
     most = std::clamp(count * most_hits / hits, least, std::min(2 * most, memory.queries));
@@ -516,14 +561,19 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   Policies policies;
   policies.exact = job.exact;
   const FrameContext frame = call.context(policies, 0);
-  QueryIndex& index = memory.index;
-  if (!job.reuse_bounds || index.of_frame != engine.bounds_of_frame) index.gain = 0;
-  const Arrangement arrangement = arrangement_for(job, given, index);
-  if (!has_index(engine, call, job, arrangement)) make_index(engine, call, frame, job, arrangement);
+  IndexLease lease(*engine.query_indexes, {frame_of(engine, call, job), frame.batches, given, job.queries});
+  if (lease.is_to_make()) {
+    make_index(engine, call, frame, job, lease.index_to_make());
+    lease.finish();
+  }
+  if (memory.posed_of != lease.serial())
+    for (const auto& worker : memory.workers) forget_clusters(worker->posed);
+  memory.posed_of = lease.serial();
   job.hits_needed = 0;
-  run_chunks(frame, reader, links_are_leaves, asks_static, job);
-  const Status status = job.hits_needed > job.hits.size ? Status::kHitsOverflow : Status::kOk;
-  job.hit_count = status == Status::kOk ? job.hits_needed : 0;
+  run_chunks(frame, lease.index(), reader, links_are_leaves, asks_static, job);
+  const bool is_written = job.hits_needed <= room_of(job);
+  const Status status = is_written || output_of(job) == Output::kCounts ? Status::kOk : Status::kHitsOverflow;
+  job.hit_count = is_written ? job.hits_needed : 0;
   job.stats = {};
   for (const auto& worker : memory.workers) add_stats(job.stats, worker->stats);
   job.stats.seconds_total = seconds_since(start);

@@ -56,20 +56,4 @@ Span<const kernel::MetLeaves> find_overlapped(const QueryRun& run, const Query& 
   return {search.out, count};
 }
 
-void write_overlapped(const QueryRun& run, std::uint32_t query, Span<const kernel::MetLeaves> found,
-                      Span<QueryHit> hits) {
-  QueryHit* to = hits.begin();
-  for (const kernel::MetLeaves& at : found) {
-    const auto slot = static_cast<std::uint32_t>(at.key >> 32);
-    const std::uint16_t* const links = run.frame.batch(slot).articulation->leaf_link.data + at.tile * kLanes;
-    const auto instance = static_cast<std::uint32_t>(at.key);
-    for (std::uint32_t left = at.inside; left; left &= left - 1) {
-      if (to == hits.end()) return;
-      const std::uint32_t lane = lowest_bit(left);
-      const auto leaf = static_cast<std::uint16_t>(at.tile * kLanes + lane);
-      *to++ = {query, {slot + 1}, instance, links[lane], leaf, 0, {0, 0, 0}, {0, 0, 0}, false};
-    }
-  }
-}
-
 }  // namespace cab

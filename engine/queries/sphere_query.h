@@ -17,8 +17,27 @@ inline bool is_answered_by_bits(const QueryRun& run, const Query& query) {
 // enough.
 Span<const kernel::MetLeaves> find_overlapped(const QueryRun& run, const Query& query);
 
-// Writes the first hits of a query from what find_overlapped found.
-void write_overlapped(const QueryRun& run, std::uint32_t query, Span<const kernel::MetLeaves> found,
-                      Span<QueryHit> hits);
+// Writes the first hits of a query from what find_overlapped found, in full or as a short list.
+template <class Hit>
+void write_overlapped(const QueryRun& run, std::uint32_t query, Span<const kernel::MetLeaves> found, Span<Hit> hits) {
+  Hit* to = hits.begin();
+  for (const kernel::MetLeaves& at : found) {
+    const auto slot = static_cast<std::uint32_t>(at.key >> 32);
+    const std::uint16_t* const links = run.frame.batch(slot).articulation->leaf_link.data + at.tile * kLanes;
+    const auto instance = static_cast<std::uint32_t>(at.key);
+    for (std::uint32_t left = at.inside; left; left &= left - 1) {
+      if (to == hits.end()) return;
+      const std::uint32_t lane = lowest_bit(left);
+      const auto leaf = static_cast<std::uint16_t>(at.tile * kLanes + lane);
+      Hit& hit = *to++;
+      hit = {};
+      hit.query = query;
+      hit.batch = {slot + 1};
+      hit.instance = instance;
+      hit.link = links[lane];
+      hit.leaf = leaf;
+    }
+  }
+}
 
 }  // namespace cab

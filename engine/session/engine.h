@@ -44,6 +44,7 @@ struct MemoryNeeds {
   std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
   std::size_t character_instances = 0;  // over all batches of characters
   std::size_t character_nodes = 0;      // of the largest character
+  std::size_t leaf_tiles = 0;           // of sixteen leaves of an instance each, over all batches of characters
   std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
   std::size_t character_tiles = 0;      // over all batches of characters
   std::size_t batch_slots = 0;          // in use or not
@@ -81,6 +82,16 @@ struct QueryMemoryDelete {
 using QueryMemoryPtr = std::unique_ptr<QueryMemory, QueryMemoryDelete>;
 // Makes memory for chunks of MemoryNeeds::queries queries. Throws std::bad_alloc.
 QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, const Allocator& allocator);
+
+// The indexes that calls of run_queries share.
+struct QueryIndexes;
+struct QueryIndexesDelete {
+  void operator()(QueryIndexes* indexes) const;
+};
+using QueryIndexesPtr = std::unique_ptr<QueryIndexes, QueryIndexesDelete>;
+QueryIndexesPtr make_query_indexes();  // without any
+// Makes room for another index: there must be one per reader. Throws std::bad_alloc.
+void add_query_index(QueryIndexes& indexes, const MemoryNeeds& needs, const Allocator& allocator);
 
 struct StoredHistory;
 struct StoredHistoryDelete {
@@ -136,6 +147,7 @@ struct Engine {
   std::atomic<std::uint64_t> frames_failed{0};  // how many answered anything but kOk
   std::uint64_t bounds_of_frame = 1;            // number of the last frame, or of what has changed bounds since
   std::vector<StoredHistoryPtr> histories;      // by slot - 1
+  QueryIndexesPtr query_indexes;                // null until reserve asks for memory for queries
   MemoryNeeds sized;                            // what the memory suffices for
   std::unique_ptr<Arena>
       shared_arena;  // owns the rows of the crowd, bits of pairs and rules, the words of the hit store

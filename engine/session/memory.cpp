@@ -53,6 +53,7 @@ MemoryNeeds needs_of(const Engine& engine) {
     } else {
       needs.character_instances += batch.capacity;
       needs.character_tiles += tile_count(batch.capacity);
+      needs.leaf_tiles += std::size_t{batch.capacity} * tile_count(batch.articulation->leaf_count);
       needs.crowd_words += std::size_t{batch.capacity} * slot->crowd.blocks;
       add_character(*batch.articulation, *batch.link_bounds, needs);
     }
@@ -71,6 +72,7 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::leaf_pairs,
                                                  &MemoryNeeds::character_instances,
                                                  &MemoryNeeds::character_nodes,
+                                                 &MemoryNeeds::leaf_tiles,
                                                  &MemoryNeeds::leaf_bounds_floats,
                                                  &MemoryNeeds::character_tiles,
                                                  &MemoryNeeds::batch_slots,
@@ -186,7 +188,12 @@ void make_memory(const MemoryNeeds& needs, Engine& engine) {
   Crowd crowd;
   size_crowd(needs.character_instances ? needs.character_tiles : 0, needs.crowd_words, *shared, crowd);
   crowd.frames = engine.crowd.frames + 1;  // no batch has rows in the new memory
-  if (needs.queries) engine.readers[0]->queries = make_query_memory(needs, workers.size(), engine.allocator);
+  if (needs.queries) {
+    QueryIndexesPtr indexes = make_query_indexes();
+    add_query_index(*indexes, needs, engine.allocator);
+    engine.readers[0]->queries = make_query_memory(needs, workers.size(), engine.allocator);
+    engine.query_indexes = std::move(indexes);
+  }
   // From here on nothing throws: the store's words are in the memory that goes.
   engine.readers.resize(1);
   engine.rule_bits = rules;
@@ -230,7 +237,10 @@ Reader& add_reader(Engine& engine) {
   made->own_pool.workers.push_back(make_worker(engine.allocator));
   size_for_reads(made->own_pool[0], engine.sized);
   size_reader(engine, *made);
-  if (first.queries) made->queries = make_query_memory(engine.sized, 1, engine.allocator);
+  if (first.queries) {
+    made->queries = make_query_memory(engine.sized, 1, engine.allocator);
+    add_query_index(*engine.query_indexes, engine.sized, engine.allocator);
+  }
   if (first.past) made->past = make_history_memory(*first.past, engine.histories.size(), engine.allocator);
   made->in_use = true;
   const std::lock_guard lock(engine.holders.mutex);
@@ -242,8 +252,10 @@ void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   MemoryNeeds needs = needs_of(engine);
   Extremes extremes;
   std::size_t blocks = 0;
+  std::uint32_t most_leaves = 0;
   for (const auto& slot : engine.articulations) {
     if (!slot->in_use()) continue;
+    most_leaves = std::max<std::uint32_t>(most_leaves, slot->articulation.leaf_count);
     blocks = std::max(blocks, crowd_blocks(slot->articulation));
     extremes.add(slot->articulation, needs);
     add_character(slot->articulation, slot->link_bounds, needs);
@@ -253,6 +265,7 @@ void reserve_memory(const ReserveDesc& desc, Engine& engine) {
   needs.character_tiles = std::max(needs.character_tiles, tile_count(desc.characters) + std::size_t{desc.batches});
   needs.batch_slots = std::max<std::size_t>(needs.batch_slots, desc.batches);
   needs.crowd_words = std::max(needs.crowd_words, desc.characters * blocks);
+  needs.leaf_tiles = std::max(needs.leaf_tiles, desc.characters * std::size_t{tile_count(most_leaves)});
   needs.queries = desc.queries;
   needs.hits = desc.hits;
   if (!engine.shared_arena || !suffices(engine.sized, needs)) make_memory(larger(engine.sized, needs), engine);

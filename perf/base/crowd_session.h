@@ -174,17 +174,17 @@ class CrowdSession {
   // Answers queries, all characters taking part. The hits stay until the next call; their buffer grows as that of run.
   // reuse_bounds: the poses are those of the last frame.
   QueryStats answer(const std::vector<scenes::PosedGroup>& posed, Span<const Query> queries, bool reuse_bounds) {
-    std::vector<BatchInput> inputs(posed.size());
-    for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed[g], batches_[g]);
-    QueryJob job;
-    job.inputs = inputs;
-    job.queries = queries;
-    job.reuse_bounds = reuse_bounds;
-    require(run_with_room(job, query_hits_, nullptr, [&] { return run_queries(*engine_, job); }), "queries");
-    query_hit_count_ = job.hit_count;
-    return job.stats;
+    return answer(posed, queries, reuse_bounds, query_hits_, query_hit_count_);
   }
+
+  // The same with a short list of hits.
+  QueryStats answer_by_links(const std::vector<scenes::PosedGroup>& posed, Span<const Query> queries,
+                             bool reuse_bounds) {
+    return answer(posed, queries, reuse_bounds, query_links_, query_link_count_);
+  }
+
   Span<const QueryHit> query_hits() const { return {query_hits_.data(), query_hit_count_}; }
+  Span<const QueryLink> query_links() const { return {query_links_.data(), query_link_count_}; }
 
   // The boxes of a group: those of all nodes of each character, leaves first.
   std::uint32_t pose_boxes(const std::vector<scenes::PosedGroup>& posed, std::size_t group, std::vector<Box>& boxes) {
@@ -218,6 +218,20 @@ class CrowdSession {
   std::uint32_t thread_count() const { return engine_thread_count(*engine_); }
 
  private:
+  template <class Hit>
+  QueryStats answer(const std::vector<scenes::PosedGroup>& posed, Span<const Query> queries, bool reuse_bounds,
+                    std::vector<Hit>& hits, std::size_t& count) {
+    std::vector<BatchInput> inputs(posed.size());
+    for (std::size_t g = 0; g < posed.size(); ++g) inputs[g] = input_of(posed[g], batches_[g]);
+    QueryJob job;
+    job.inputs = inputs;
+    job.queries = queries;
+    job.reuse_bounds = reuse_bounds;
+    require(run_with_room(job, hits, nullptr, [&] { return run_queries(*engine_, job); }), "queries");
+    count = job.hit_count;
+    return job.stats;
+  }
+
   // Lists the `far_count` characters of a group that are farthest from its middle, and the others.
   void split(const scenes::PosedGroup& posed, std::uint32_t far_count) {
     const std::size_t count = posed.origins.size() / 3;
@@ -261,7 +275,8 @@ class CrowdSession {
   std::vector<Hit> hits_;
   std::size_t hit_count_ = 0;
   std::vector<QueryHit> query_hits_;
-  std::size_t query_hit_count_ = 0;
+  std::vector<QueryLink> query_links_;
+  std::size_t query_hit_count_ = 0, query_link_count_ = 0;
   std::vector<std::vector<std::uint8_t>> in_contact_;  // of each group, if asked for
 };
 

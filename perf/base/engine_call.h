@@ -23,11 +23,17 @@ inline void require(Status status, const std::string& what) {
 }
 
 // Runs a frame or queries, and once more with larger buffers if its hits do not fit: run() does it, and returns a
-// status. contacts: those of a frame that asks for them, else null. Returns the status of the last run.
+// status. hits: those of queries in full, or as a short list. contacts: those of a frame that asks for them, else null.
+// Returns the status of the last run.
 template <class Job, class Found, class Run>
 Status run_with_room(Job& job, std::vector<Found>& hits, std::vector<Contact>* contacts, const Run& run) {
   const auto run_once = [&] {
-    job.hits = hits;
+    if constexpr (std::is_same_v<Found, QueryLink>)
+      job.links = hits;
+    else if constexpr (std::is_same_v<Found, QueryLink>)
+      job.links = hits;
+    else
+      job.hits = hits;
     if constexpr (std::is_same_v<Job, FrameJob>)
       if (contacts) {
         contacts->resize(hits.size());

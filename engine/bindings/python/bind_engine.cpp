@@ -81,9 +81,11 @@ void bind_engine(py::module_& module) {
            })
       .def("run_queries",
            [](EngineHandle& engine, const std::vector<FrameInput*>& inputs, const std::vector<std::uint64_t>& histories,
-              const py::object& queries, const py::object& planes, const std::string& exact, bool reuse_bounds) {
-             QueryResult result = engine.run_queries(inputs, histories, queries, planes, exact, reuse_bounds);
-             return py::make_tuple(result.hits, result.found, result.stats);
+              const py::object& queries, const py::object& planes, const std::string& exact, bool reuse_bounds,
+              std::uint8_t report) {
+             QueryResult result = engine.run_queries(inputs, histories, queries, planes, exact, reuse_bounds,
+                                                     static_cast<QueryReport>(report));
+             return py::make_tuple(result.hits, result.counts, result.found, result.stats);
            })
       .def("compute_contacts", &EngineHandle::compute_contacts)
       .def("compute_boxes", &EngineHandle::compute_boxes)

@@ -99,6 +99,16 @@ py::dtype query_hit_dtype() {
   return members.dtype(sizeof(QueryHit));
 }
 
+py::dtype query_link_dtype() {
+  Members members;
+  members.add("query", "u4", offsetof(QueryLink, query));
+  members.add("batch", "u4", offsetof(QueryLink, batch));
+  members.add("instance", "u4", offsetof(QueryLink, instance));
+  members.add("link", "u2", offsetof(QueryLink, link));
+  members.add("leaf", "u2", offsetof(QueryLink, leaf));
+  return members.dtype(sizeof(QueryLink));
+}
+
 py::dtype box_dtype() {
   Members members;
   members.add("center", "3f4", offsetof(Box, center));

@@ -12,6 +12,7 @@ py::dtype contact_dtype();       // Contact
 py::dtype query_dtype();         // Query
 py::dtype query_plane_dtype();   // QueryPlane
 py::dtype query_hit_dtype();     // QueryHit
+py::dtype query_link_dtype();    // QueryLink
 py::dtype box_dtype();           // Box
 py::dtype ignored_pair_dtype();  // IgnoredPair
 

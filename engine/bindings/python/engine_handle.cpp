@@ -356,7 +356,8 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
 
 QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
                                       const std::vector<std::uint64_t>& histories, const py::object& queries,
-                                      const py::object& planes, const std::string& exact, bool reuse_bounds) {
+                                      const py::object& planes, const std::string& exact, bool reuse_bounds,
+                                      QueryReport report) {
   const std::shared_ptr<Engine> held = engine();
   const CallInputs call_inputs(inputs);
   std::vector<HistoryId> history_list;
@@ -382,19 +383,25 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
   }
   py::array found(py::dtype::of<bool>(), static_cast<py::ssize_t>(job.queries.size));
   job.found = {static_cast<std::uint8_t*>(found.mutable_data()), job.queries.size};
-  std::size_t room = query_hit_room_;
+  py::array counts(py::dtype::of<std::uint32_t>(), static_cast<py::ssize_t>(job.queries.size));
+  job.counts = {static_cast<std::uint32_t*>(counts.mutable_data()), job.queries.size};
+  const bool is_short = report != QueryReport::kHits;
+  std::size_t room = report == QueryReport::kCounts ? 0 : query_hit_room_;
   for (;;) {
-    py::array hits = empty_array(query_hit_dtype(), room);
-    job.hits = {static_cast<QueryHit*>(hits.mutable_data()), room};
+    py::array hits = empty_array(is_short ? query_link_dtype() : query_hit_dtype(), room);
+    if (is_short)
+      job.links = {static_cast<QueryLink*>(hits.mutable_data()), room};
+    else
+      job.hits = {static_cast<QueryHit*>(hits.mutable_data()), room};
     const Status status = reading([&] { return cab::run_queries(*held, job); });
-    if (status == Status::kOk || status == Status::kHitsOverflow)
+    if (room > 0 && (status == Status::kOk || status == Status::kHitsOverflow))
       query_hit_room_ = job.hits_needed + job.hits_needed / 4 + 64;
     if (status == Status::kHitsOverflow) {
       room = query_hit_room_;
       continue;
     }
     require(status, job.bad_query < job.queries.size ? element("query", job.bad_query) : std::string());
-    return {cut(std::move(hits), job.hit_count), std::move(found), job.stats};
+    return {cut(std::move(hits), job.hit_count), std::move(counts), std::move(found), job.stats};
   }
 }
 

@@ -38,9 +38,13 @@ struct FrameResult {
 
 struct QueryResult {
   py::object hits;
+  py::object counts;
   py::object found;
   QueryStats stats;
 };
+
+// What becomes of the hits of queries: they are returned in full, as a short list, or counted alone.
+enum class QueryReport { kHits, kLinks, kCounts };
 
 // What a frame asks for beside its inputs and rules.
 struct FrameOptions {
@@ -80,7 +84,7 @@ class EngineHandle {
                         const FrameOptions& options);
   QueryResult run_queries(const std::vector<FrameInput*>& inputs, const std::vector<std::uint64_t>& histories,
                           const py::object& queries, const py::object& planes, const std::string& exact,
-                          bool reuse_bounds);
+                          bool reuse_bounds, QueryReport report);
   py::array compute_contacts(const std::vector<FrameInput*>& inputs, const py::object& pairs);
   py::array compute_boxes(const FrameInput& input, const PolicyNames& policies);
   py::array sweep_margins(const FrameInput& last, const FrameInput& input);

@@ -57,6 +57,7 @@ PYBIND11_MODULE(_cab, module) {
   module.attr("query_dtype") = query_dtype();
   module.attr("query_plane_dtype") = query_plane_dtype();
   module.attr("query_hit_dtype") = query_hit_dtype();
+  module.attr("query_link_dtype") = query_link_dtype();
   module.attr("box_dtype") = box_dtype();
   module.def("version", [] { return std::string(version().text); });
   module.def("abi_version", [] { return CAB_ABI_VERSION; });

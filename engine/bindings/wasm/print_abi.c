@@ -322,6 +322,13 @@ int main(void) {
   MEMBER(QueryHit, normal, "normal", "f32", 3);
   MEMBER(QueryHit, inside, "inside", "bool", 0);
   END();
+  STRUCT(QueryLink, "false");
+  MEMBER(QueryLink, query, "query", "u32", 0);
+  MEMBER(QueryLink, batch, "batch", "BatchSlot", 0);
+  MEMBER(QueryLink, instance, "instance", "u32", 0);
+  MEMBER(QueryLink, link, "link", "u16", 0);
+  MEMBER(QueryLink, leaf, "leaf", "u16", 0);
+  END();
   STRUCT(QueryStats, "false");
   MEMBER(QueryStats, nodes, "nodes", "u64", 0);
   MEMBER(QueryStats, instances, "instances", "u64", 0);
@@ -343,6 +350,8 @@ int main(void) {
   MEMBER(QueryJob, exact, "exact", "Exact", 0);
   MEMBER(QueryJob, reuse_bounds, "reuseBounds", "bool", 0);
   MEMBER(QueryJob, hits, "hits", "[QueryHit]", 0);
+  MEMBER(QueryJob, links, "links", "[QueryLink]", 0);
+  MEMBER(QueryJob, counts, "counts", "[u32]", 0);
   MEMBER(QueryJob, found, "found", "[u8]", 0);
   MEMBER(QueryJob, hit_count, "hitCount", "size", 0);
   MEMBER(QueryJob, hits_needed, "hitsNeeded", "size", 0);

@@ -103,6 +103,7 @@ typedef struct cab_HistorySpan cab_HistorySpan;
 typedef struct cab_Query cab_Query;
 typedef struct cab_QueryPlane cab_QueryPlane;
 typedef struct cab_QueryHit cab_QueryHit;
+typedef struct cab_QueryLink cab_QueryLink;
 typedef struct cab_QueryStats cab_QueryStats;
 typedef struct cab_QueryJob cab_QueryJob;
 typedef struct cab_Policies cab_Policies;
@@ -203,6 +204,14 @@ typedef struct cab_QueryHitSpan {
   cab_QueryHit* data;  // the first value
   size_t size;         // how many values
 } cab_QueryHitSpan;
+typedef struct cab_QueryLinkSpan {
+  cab_QueryLink* data;  // the first value
+  size_t size;          // how many values
+} cab_QueryLinkSpan;
+typedef struct cab_Uint32Span {
+  uint32_t* data;  // the first value
+  size_t size;     // how many values
+} cab_Uint32Span;
 typedef struct cab_ConstHitSpan {
   const cab_Hit* data;  // the first value
   size_t size;          // how many values
@@ -235,10 +244,6 @@ typedef struct cab_CharSpan {
   char* data;   // the first value
   size_t size;  // how many values
 } cab_CharSpan;
-typedef struct cab_Uint32Span {
-  uint32_t* data;  // the first value
-  size_t size;     // how many values
-} cab_Uint32Span;
 typedef struct cab_MergeStepSpan {
   cab_MergeStep* data;  // the first value
   size_t size;          // how many values
@@ -1385,6 +1390,15 @@ typedef struct cab_QueryHit {
   bool inside;  // CAB_QUERY_KIND_RAY, CAB_QUERY_KIND_POINT: whether the ray begins, or the point is, inside the link
 } cab_QueryHit;
 
+// A link that a query found, without where it was met: the first members of its cab_QueryHit, in a third of the memory.
+typedef struct cab_QueryLink {
+  uint32_t query;       // index of the query
+  cab_BatchSlot batch;  // batch of the instance
+  uint32_t instance;    // instance of the link
+  uint16_t link;        // index of the link
+  uint16_t leaf;        // its nearest leaf, as in cab_QueryHit
+} cab_QueryLink;
+
 // What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are
 // sums over threads, except seconds_total.
 typedef struct cab_QueryStats {
@@ -1403,8 +1417,10 @@ typedef struct cab_QueryStats {
 
 // Many queries at once.
 //
-// If `hits` is too small, cab_run_queries answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size of `hits` that
-// a second call needs, hit_count is 0, and the contents of hits are unspecified. found and stats are complete.
+// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone), which is faster in
+// this order. If the list is too small, cab_run_queries answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size
+// that a second call needs, hit_count is 0, and the contents of the list are unspecified. counts, found and stats are
+// complete.
 typedef struct cab_QueryJob {
   // Whose links are asked for: as in cab_FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact
   // not written. Characters only. Empty (default): nothing is found by queries of CAB_NOW.
@@ -1433,13 +1449,21 @@ typedef struct cab_QueryJob {
   // room for no hit.
   cab_QueryHitSpan hits;
 
+  // Output: the same hits in the same order, as a short list. If it has room for any, `hits` must have none.
+  // Empty (default): not written.
+  cab_QueryLinkSpan links;
+
+  // Output: one number per query, how many hits it has. If there is room for no hit but for counts, the call answers
+  // CAB_STATUS_OK without writing any hit. Empty (default): not written.
+  cab_Uint32Span counts;
+
   // Output: one byte per query, 1 if it found a link, else 0. Empty (default): not written.
   cab_Uint8Span found;
 
-  // Output: how many hits were written.
+  // Output: how many hits were written, in full or as a short list.
   size_t hit_count;
 
-  // Output: how many hits there are, whether `hits` has room for them or not.
+  // Output: how many hits there are, whether there is room for them or not.
   size_t hits_needed;
 
   // Output: after CAB_STATUS_BAD_QUERY, and after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, the index of the

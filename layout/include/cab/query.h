@@ -145,6 +145,15 @@ struct QueryHit {
   bool inside;      // kRay, kPoint: whether the ray begins, or the point is, inside the link
 };
 
+// A link that a query found, without where it was met: the first members of its QueryHit, in a third of the memory.
+struct QueryLink {
+  std::uint32_t query;     // index of the query
+  BatchSlot batch;         // batch of the instance
+  std::uint32_t instance;  // instance of the link
+  std::uint16_t link;      // index of the link
+  std::uint16_t leaf;      // its nearest leaf, as in QueryHit
+};
+
 // What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are
 // sums over threads, except seconds_total.
 struct QueryStats {
@@ -163,8 +172,9 @@ struct QueryStats {
 
 // Many queries at once.
 //
-// If `hits` is too small, run_queries answers kHitsOverflow. Then hits_needed is the size of `hits` that a second call
-// needs, hit_count is 0, and the contents of hits are unspecified. found and stats are complete.
+// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone), which is faster in
+// this order. If the list is too small, run_queries answers kHitsOverflow. Then hits_needed is the size that a second
+// call needs, hit_count is 0, and the contents of the list are unspecified. counts, found and stats are complete.
 struct QueryJob {
   // Whose links are asked for: as in FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact not
   // written. Characters only. Empty (default): nothing is found by queries of kNow.
@@ -192,13 +202,21 @@ struct QueryJob {
   // Output: room for the hits of all queries that want kClosest or kAll. Empty (default): room for no hit.
   Span<QueryHit> hits;
 
+  // Output: the same hits in the same order, as a short list. If it has room for any, `hits` must have none.
+  // Empty (default): not written.
+  Span<QueryLink> links;
+
+  // Output: one number per query, how many hits it has. If there is room for no hit but for counts, the call answers
+  // kOk without writing any hit. Empty (default): not written.
+  Span<std::uint32_t> counts;
+
   // Output: one byte per query, 1 if it found a link, else 0. Empty (default): not written.
   Span<std::uint8_t> found;
 
-  // Output: how many hits were written.
+  // Output: how many hits were written, in full or as a short list.
   std::size_t hit_count = 0;
 
-  // Output: how many hits there are, whether `hits` has room for them or not.
+  // Output: how many hits there are, whether there is room for them or not.
   std::size_t hits_needed = 0;
 
   // Output: after kBadQuery, and after kUnknownBatch for its ignored_batch, the index of the query at fault.

@@ -85,8 +85,16 @@ QuestionSet make_queries(const Posed& posed, QueryKind kind, std::uint32_t count
 
 // ------------------------------------------------------------------------------------------------------------- cab
 
-// The modes of cab: for each kind by itself, and after a frame of the same poses.
-constexpr bool kReuses[] = {false, true};
+// The modes of cab: for each kind by itself, and after a frame of the same poses. Spheres find many links, so they are
+// asked for the short list too, which peers give.
+struct CabMode {
+  QueryKind kind;
+  bool reuse, links;
+};
+constexpr CabMode kCabModes[] = {{QueryKind::kRay, false, false},    {QueryKind::kRay, true, false},
+                                 {QueryKind::kSphere, false, false}, {QueryKind::kSphere, true, false},
+                                 {QueryKind::kSphere, false, true},  {QueryKind::kSphere, true, true},
+                                 {QueryKind::kPoint, false, false},  {QueryKind::kPoint, true, false}};
 
 class CabQueries : public CrowdQueries {
  public:
@@ -99,12 +107,15 @@ class CabQueries : public CrowdQueries {
 
   void update(const PosedBoxes&) override {}  // is part of each call
   void prepare(std::size_t mode) override {
-    if (is_reuse(mode)) session_.run(*posed_, {});
+    if (kCabModes[mode].reuse) session_.run(*posed_, {});
   }
 
   void answer(std::size_t mode, const QuestionSet& asked, Answers& out) override {
     const double start = processor_seconds();
-    const QueryStats stats = session_.answer(*posed_, asked.ours, is_reuse(mode));
+    by_links_ = kCabModes[mode].links;
+    const bool reuse = kCabModes[mode].reuse;
+    const QueryStats stats =
+        by_links_ ? session_.answer_by_links(*posed_, asked.ours, reuse) : session_.answer(*posed_, asked.ours, reuse);
     // The call measures wall time, so its parts are taken as shares.
     const double all = stats.seconds_total > 0 ? stats.seconds_total : 1;
     out.update_seconds = (processor_seconds() - start) * (stats.seconds_bound + stats.seconds_index) / all;
@@ -116,33 +127,37 @@ class CabQueries : public CrowdQueries {
     const double update_seconds = out.update_seconds;
     out.clear(asked.ours.size());
     out.update_seconds = update_seconds;
+    const auto leaf_of = [this](const auto& hit) {
+      return leaves_.number_of(hit.batch.value - 1, hit.instance, hit.leaf);
+    };
+    const auto add_overlaps = [&](const auto& hits) {
+      for (const auto& hit : hits) out.overlaps.push_back({hit.query, leaf_of(hit)});
+    };
+    if (by_links_) return add_overlaps(session_.query_links());
+    if (asked.kind == QueryKind::kSphere) return add_overlaps(session_.query_hits());
     for (const QueryHit& hit : session_.query_hits()) {
-      const std::uint32_t leaf = leaves_.number_of(hit.batch.value - 1, hit.instance, hit.leaf);
-      if (asked.kind == QueryKind::kSphere) {
-        out.overlaps.push_back({hit.query, leaf});
-      } else {
-        out.distances[hit.query] = hit.distance;
-        out.leaves[hit.query] = leaf;
-      }
+      out.distances[hit.query] = hit.distance;
+      out.leaves[hit.query] = leaf_of(hit);
     }
   }
 
   static std::vector<QueryMode> modes() {
     std::vector<QueryMode> out;
-    for (const QueryKind kind : kKinds)
-      for (const bool reuse : kReuses)
-        out.push_back({kind, reuse ? "after a frame" : "",
-                       reuse ? "run_queries with reuse_bounds: the index and the answers"
-                             : "run_queries: posing, the index and the answers"});
+    for (const CabMode& mode : kCabModes)
+      out.push_back({mode.kind,
+                     std::string(mode.links ? "links" : "") + (mode.links && mode.reuse ? ", " : "") +
+                         (mode.reuse ? "after a frame" : ""),
+                     std::string(mode.reuse ? "run_queries with reuse_bounds: the index and the answers"
+                                            : "run_queries: posing, the index and the answers") +
+                         (mode.links ? ", as a short list" : "")});
     return out;
   }
 
  private:
-  static bool is_reuse(std::size_t mode) { return mode % 2 == 1; }
-
   CrowdLeaves leaves_;
   const Posed* const& posed_;
   CrowdSession session_;
+  bool by_links_ = false;  // how the last call was answered
 };
 
 // ------------------------------------------------------------------------------------------------------- contestants

@@ -274,6 +274,12 @@ void print_layout(void) {
   MEMBER(cab_QueryHit, point);
   MEMBER(cab_QueryHit, normal);
   MEMBER(cab_QueryHit, inside);
+  TYPE(cab_QueryLink);
+  MEMBER(cab_QueryLink, query);
+  MEMBER(cab_QueryLink, batch);
+  MEMBER(cab_QueryLink, instance);
+  MEMBER(cab_QueryLink, link);
+  MEMBER(cab_QueryLink, leaf);
   TYPE(cab_QueryStats);
   MEMBER(cab_QueryStats, nodes);
   MEMBER(cab_QueryStats, instances);
@@ -294,6 +300,8 @@ void print_layout(void) {
   MEMBER(cab_QueryJob, exact);
   MEMBER(cab_QueryJob, reuse_bounds);
   MEMBER(cab_QueryJob, hits);
+  MEMBER(cab_QueryJob, links);
+  MEMBER(cab_QueryJob, counts);
   MEMBER(cab_QueryJob, found);
   MEMBER(cab_QueryJob, hit_count);
   MEMBER(cab_QueryJob, hits_needed);

@@ -2,7 +2,7 @@
 // same whether it is sorted or not, but for its order.
 #include "engine/queries/query_index.h"
 
-#include "engine/queries/query_memory.h"
+#include "engine/queries/query_indexes.h"
 #include "engine/session/engine.h"
 #include "perf/harness/random_world.h"
 #include "tests/rounds.h"
@@ -232,7 +232,7 @@ void check_world(Random& random, const std::vector<std::uint32_t>& counts, Sprea
   const EnginePtr engine = make_engine_for(world);
   require(reserve(*engine, {0, 0, 32}));
   const std::vector<Query> queries = any_queries(random, world, spread);
-  const QueryIndex& index = engine->readers[0]->queries->index;
+  const QueryIndex& index = engine->query_indexes->all[0]->index;
   Answer halved, on_curve;
   ask(*engine, world, counts, queries, 0, kMany, halved, kIdle);
   CHECK(index.arrangement == Arrangement::kHalved);
@@ -280,7 +280,7 @@ TEST_CASE("query index: instances that are masked, or not listed, are not in it"
   job.inputs = {&input, 1};
   require(run_queries(*engine, job));
   std::vector<std::uint32_t> in_index;
-  const QueryIndex& index = engine->readers[0]->queries->index;
+  const QueryIndex& index = engine->query_indexes->all[0]->index;
   for (const QueryCluster& cluster : index.clusters)
     for (std::uint32_t k = 0; k < cluster.count; ++k) in_index.push_back(index.order[cluster.first + k].number);
   std::sort(in_index.begin(), in_index.end());

@@ -222,6 +222,38 @@ struct Answer {
   QueryStats stats;
 };
 
+// Checks that the short list of a job's hits and their counts are those of its hits in full.
+void check_short_answers(Engine& engine, QueryJob job, const std::vector<QueryHit>& hits) {
+  std::vector<QueryLink> links(hits.size());
+  std::vector<std::uint32_t> counts(job.queries.size, 77), counted(job.queries.size, 88);
+  job.found = {};
+  job.hits = {};
+  job.links = links;
+  job.counts = counts;
+  CHECK(run_queries(engine, job) == Status::kOk);
+  CHECK(job.hit_count == hits.size());
+  CHECK(
+      std::equal(hits.begin(), hits.end(), links.begin(), links.end(), [](const QueryHit& hit, const QueryLink& link) {
+        return hit.query == link.query && hit.batch == link.batch && hit.instance == link.instance &&
+               hit.link == link.link && hit.leaf == link.leaf;
+      }));
+  job.links = {};
+  job.counts = counted;
+  CHECK(run_queries(engine, job) == Status::kOk);
+  CHECK(job.hits_needed == hits.size());
+  CHECK(job.hit_count == 0);
+  CHECK(counts == counted);
+  std::vector<std::uint32_t> expected(job.queries.size);
+  for (const QueryHit& hit : hits) ++expected[hit.query];
+  CHECK(counts == expected);
+  if (hits.empty()) return;
+  links.pop_back();
+  job.links = links;
+  const Status short_of_one = links.empty() ? Status::kOk : Status::kHitsOverflow;  // without room they are counted
+  CHECK(run_queries(engine, job) == short_of_one);
+  CHECK(job.hits_needed == hits.size());
+}
+
 // Asks until there is room for all hits. room: for how many there is at first.
 Answer ask(Engine& engine, const std::vector<BatchInput>& inputs, const std::vector<Query>& queries,
            const std::vector<QueryPlane>& planes, Exact exact, bool reuse_bounds = false, std::size_t room = 4096) {
@@ -252,6 +284,7 @@ Answer ask(Engine& engine, const std::vector<BatchInput>& inputs, const std::vec
   CHECK(job.hit_count == job.hits_needed);
   out.hits.resize(job.hit_count);
   out.stats = job.stats;
+  check_short_answers(engine, job, out.hits);
   return out;
 }
 
@@ -653,6 +686,39 @@ TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
             }) == hits.end());
     }
   }
+}
+
+TEST_CASE("queries: large bodies are searched for by as few rays at a time as have room for what they meet") {
+  constexpr std::uint32_t kLeaves = 1024, kFit = 200, kTooMany = 300;  // 64 tiles each, of 16384
+  Random random(96);
+  Rig rig;
+  rig.parents = {-1};
+  for (std::uint32_t leaf = 0; leaf < kLeaves; ++leaf)
+    rig.leaves.push_back({0, random_box(random, random.unit_vector(), 0.02, 0.1), {}});
+  PoseRange range;
+  range.spread = 10;
+  const Poses poses = random_poses(random, rig, kTooMany, PoseFormat::kQuaternionTranslation, range);
+  std::vector<Query> rays(300);
+  for (Query& ray : rays) {
+    const Vec3<double> way = random.unit_vector();
+    for (std::size_t c = 0; c < 3; ++c) {
+      ray.position[c] = random.uniform(-10, 10);
+      ray.direction[c] = static_cast<float>(way[c]);
+    }
+    ray.length = 50;
+  }
+  std::vector<Answer> answers;
+  for (const std::uint32_t count : {kFit, kTooMany}) {
+    const EnginePtr engine = make_engine();
+    const BatchId batch = add_instances(*engine, add_rig(*engine, rig), count);
+    require(reserve(*engine, {0, 0, 64}));
+    CHECK(engine->readers[0]->queries->together == (count == kFit ? kLanes : 4));
+    std::vector<BatchInput> inputs = {poses.input(batch)};
+    inputs[0].count = kFit;
+    answers.push_back(ask(*engine, inputs, rays, {}, Exact::kNone));
+  }
+  CHECK(answers[0].hits.size() > 30);
+  CHECK(same(answers[0], answers[1]));
 }
 
 TEST_CASE("queries: hits that are found again are counted once") {
@@ -1059,6 +1125,8 @@ struct Refusal {
   std::vector<QueryPlane> planes = std::vector<QueryPlane>(2);
   std::vector<QueryHit> hits = std::vector<QueryHit>(8);
   std::vector<std::uint8_t> found = std::vector<std::uint8_t>(3, 0xee);
+  std::vector<QueryLink> links = std::vector<QueryLink>(8);
+  std::vector<std::uint32_t> counts = std::vector<std::uint32_t>(3, 0xee);
   QueryJob job;
 
   explicit Refusal(std::uint32_t room = 4) : engine(make_engine()) {
@@ -1117,8 +1185,10 @@ struct Refusal {
   bool is_untouched(std::size_t bad_query = 99) const {
     const auto* const bytes = reinterpret_cast<const unsigned char*>(hits.data());
     return std::all_of(bytes, bytes + hits.size() * sizeof(QueryHit), [](unsigned char c) { return c == 0xee; }) &&
-           std::all_of(found.begin(), found.end(), [](std::uint8_t c) { return c == 0xee; }) && job.hit_count == 77 &&
-           job.hits_needed == 88 && job.bad_query == bad_query && job.stats.nodes == 111 &&
+           std::all_of(found.begin(), found.end(), [](std::uint8_t c) { return c == 0xee; }) &&
+           std::all_of(counts.begin(), counts.end(), [](std::uint32_t c) { return c == 0xee; }) &&
+           std::all_of(links.begin(), links.end(), [](const QueryLink& link) { return link.batch.value == 0; }) &&
+           job.hit_count == 77 && job.hits_needed == 88 && job.bad_query == bad_query && job.stats.nodes == 111 &&
            job.stats.seconds_total == 222;
   }
 };
@@ -1298,6 +1368,20 @@ TEST_CASE("queries: every other input that is bad is refused by its status, and 
          job.exact = Exact::kConvex;
        }},
       {Status::kBadHitBuffer, [](Refusal&, QueryJob& job) { job.hits.data = nullptr; }},
+      {Status::kBadHitBuffer, [](Refusal& r, QueryJob& job) { job.links = r.links; }},
+      {Status::kBadHitBuffer,
+       [](Refusal&, QueryJob& job) {
+         job.hits = {};
+         job.links = {nullptr, 1};
+       }},
+      {Status::kBadOutput,
+       [](Refusal& r, QueryJob& job) {
+         job.counts = {r.counts.data(), 2};
+       }},
+      {Status::kBadOutput,
+       [](Refusal&, QueryJob& job) {
+         job.counts = {nullptr, 3};
+       }},
       {Status::kBadOutput, [](Refusal&, QueryJob& job) { job.found.size = 2; }},
       {Status::kBadOutput,
        [](Refusal& r, QueryJob& job) {

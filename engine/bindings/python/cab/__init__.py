@@ -29,6 +29,7 @@ HIT = _cab.hit_dtype
 CONTACT = _cab.contact_dtype
 QUERY = _cab.query_dtype
 QUERY_HIT = _cab.query_hit_dtype
+QUERY_LINK = _cab.query_link_dtype
 
 
 class BuildInfo(NamedTuple):
@@ -97,6 +98,7 @@ __all__ = [
     "Posed",
     "QUERY",
     "QUERY_HIT",
+    "QUERY_LINK",
     "Queries",
     "Robot",
     "Shape",

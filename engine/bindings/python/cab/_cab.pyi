@@ -10,6 +10,7 @@ contact_dtype: "np.dtype[np.void]"
 query_dtype: "np.dtype[np.void]"
 query_plane_dtype: "np.dtype[np.void]"
 query_hit_dtype: "np.dtype[np.void]"
+query_link_dtype: "np.dtype[np.void]"
 box_dtype: "np.dtype[np.void]"
 
 def version() -> str: ...
@@ -275,7 +276,8 @@ class Engine:
         planes: npt.NDArray[np.void],
         exact: str,
         reuse_bounds: bool,
-    ) -> Tuple[npt.NDArray[np.void], npt.NDArray[np.bool_], QueryStats]: ...
+        report: int,
+    ) -> Tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.bool_], QueryStats]: ...
     def compute_contacts(
         self, inputs: Sequence[FrameInput], pairs: npt.NDArray[np.void]
     ) -> npt.NDArray[np.void]: ...

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Optional
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, BoolArray, StructuredArray, small_array, unmasked
+from ._arrays import ArrayLike, BoolArray, StructuredArray, UInt32Array, small_array, unmasked
 
 _RAY, _SPHERE, _BOX, _CAPSULE, _POINT, _REGION = range(6)
 _WANTS = ("any", "closest", "all")
@@ -16,16 +16,18 @@ _NOW = math.inf
 class Answers(NamedTuple):
     """What queries found.
 
-    hits   structured, sorted by query, distance, batch, instance, link: query, batch, instance, link, leaf, distance,
-           point (3,) relative to the query's position, normal (3,), inside (`cab.QUERY_HIT`). None for queries that
-           want "any".
-    found  (queries,) bool: which queries found a link.
-    stats  counts and seconds.
+    hits    structured, sorted by query, distance, batch, instance, link: query, batch, instance, link, leaf, distance,
+            point (3,) relative to the query's position, normal (3,), inside (`cab.QUERY_HIT`). Of report="links" the
+            first five alone (`cab.QUERY_LINK`), of "counts" nothing. None for queries that want "any".
+    found   (queries,) bool: which queries found a link.
+    stats   counts and seconds.
+    counts  (queries,) uint32: how many hits each query has.
     """
 
     hits: StructuredArray
     found: BoolArray
     stats: _cab.QueryStats
+    counts: UInt32Array
 
 
 class Queries:

@@ -67,6 +67,23 @@ def test_shapes_points_and_regions(balls):
     assert answers.found.all() and answers.stats.leaf_tests > 0
 
 
+def test_hits_come_as_a_short_list_or_are_counted(balls):
+    world, _, poses = balls
+    queries = cab.spheres([[3, 0, 0], [0, 9, 0], [9, 0, 0]], [3, 1, 20]) + cab.rays([[-5, 0, 0]], [1, 0, 0], want="any")
+    full = world.query(queries, poses)
+    assert full.hits.dtype == cab.QUERY_HIT and full.counts.tolist() == [4, 0, 10, 0]
+    short = world.query(queries, report="links", poses=poses)
+    assert short.hits.dtype == cab.QUERY_LINK and cab.QUERY_LINK.itemsize == 16
+    for name in cab.QUERY_LINK.names:
+        assert short.hits[name].tolist() == full.hits[name].tolist()
+    counted = world.query(queries, report="counts", poses=poses)
+    assert len(counted.hits) == 0 and counted.found.tolist() == [True, False, True, True]
+    for answers in short, counted:
+        assert answers.counts.tolist() == full.counts.tolist()
+    with pytest.raises(ValueError, match="report: 'hit' is none of hits, links, counts"):
+        world.query(queries, poses, report="hit")
+
+
 def test_rays_agree_with_numpy(rng):
     body = make_chain(4)
     world = cab.World()

@@ -257,9 +257,10 @@ TEST_CASE("cab peers --queries runs the set-ups of the libraries that it is told
   for (const Json& row : json["runs"])
     names.push_back(row["queries"].get<std::string>() + ": " + row["setup"].get<std::string>());
   CHECK(names == Words{"rays: cab scalar", "rays: cab scalar, after a frame", "spheres: cab scalar",
-                       "spheres: cab scalar, after a frame", "points: cab scalar", "points: cab scalar, after a frame",
-                       "spheres: fcl own", "points: fcl own", "spheres: fcl bounds", "spheres: fcl bounds, candidates",
-                       "points: fcl bounds"});
+                       "spheres: cab scalar, after a frame", "spheres: cab scalar, links",
+                       "spheres: cab scalar, links, after a frame", "points: cab scalar",
+                       "points: cab scalar, after a frame", "spheres: fcl own", "points: fcl own",
+                       "spheres: fcl bounds", "spheres: fcl bounds, candidates", "points: fcl bounds"});
   for (const Json& best : json["best"]) CHECK(best["queries"] != "rays");  // FCL casts none
 }
 
