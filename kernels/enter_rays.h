@@ -41,10 +41,9 @@ CAB_INLINE void aim(EnteringRay<D>& ray) {
 // Moves the start to where the ray enters the cube of an index (docs/proof.md, step 12.2), whose centre and scale are
 // given.
 template <class D>
-CAB_INLINE void enter_index(const double (&center)[3], double scale, EnteringRay<D>& ray) {
-  const D by(scale), zero(0.0);
-  const Vec3<D> from = {by * (ray.from.x - D(center[0])), by * (ray.from.y - D(center[1])),
-                        by * (ray.from.z - D(center[2]))};
+CAB_INLINE void enter_index(const Vec3<D>& center, const D& by, EnteringRay<D>& ray) {
+  const D zero(0.0);
+  const Vec3<D> from = by * (ray.from - center);
   const D radius = by * ray.radius, away = sum(abs(from));
   const D half = (D(1.01) + radius) + D(4 * kQueryLeastDirection) * away;
   D near(0.0), far = by * ray.length;
@@ -63,8 +62,9 @@ CAB_INLINE void enter_index(const double (&center)[3], double scale, EnteringRay
   ray.pad = radius + (D(2 * kQueryRayPad) * (D(1.0) + radius) + D(kQueryRounding) * (away + near));
 }
 
-// Sixteen rays of queries.
+// Sixteen rays of queries, each at an index of its own.
 struct RayTile {
+  alignas(64) double center[3][kLanes], scale[kLanes];  // of the index
   alignas(64) double position[3][kLanes], direction[3][kLanes], length[kLanes], radius[kLanes];
 
   // Receive what EnteringRay and RayLanes have.
@@ -74,7 +74,7 @@ struct RayTile {
 };
 
 template <class V>
-void enter_rays(const double (&center)[3], double scale, RayTile& tile) {
+void enter_rays(RayTile& tile) {
   using D = DoubleOf<V>;
   using L = Lanes<D>;
   tile.enters = 0;
@@ -88,7 +88,7 @@ void enter_rays(const double (&center)[3], double scale, RayTile& tile) {
     ray.length = L::load(tile.length + lane);
     ray.radius = L::load(tile.radius + lane);
     aim(ray);
-    enter_index(center, scale, ray);
+    enter_index(load(tile.center), L::load(tile.scale + lane), ray);
     const auto store = [&](const Vec3<D>& v, auto(&to)[3][kLanes]) {
       L::store(to[0] + lane, v.x);
       L::store(to[1] + lane, v.y);

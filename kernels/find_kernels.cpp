@@ -20,6 +20,8 @@ template <class V>
 void pose_leaves(const PoseTile& args);
 template <class V>
 void pose_link_leaves(const PoseLink& args);
+template <class V>
+void bound_bulge(BulgeTile& tile);
 template <class V, class Rule, class Extents>
 void refit_boxes(const RefitTile& tile);
 template <class V>
@@ -61,11 +63,15 @@ std::uint32_t ray_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry);
 template <class V>
 std::uint32_t ray_in_boxes(const BoxTile& boxes, const BoxRay& ray, float* entry);
 template <class V>
+std::uint32_t near_leaves(const NearLeaves& args, std::uint16_t* out);
+template <class V>
+void meet_past_leaves(PastLeaves& tile);
+template <class V>
 void point_boxes(const BoxTile& boxes, const float (&point)[3], float* distance_sq);
 template <class V>
 bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out);
 template <class V>
-void enter_rays(const double (&center)[3], double scale, RayTile& tile);
+void enter_rays(RayTile& tile);
 template <class V>
 void cast_boxes(CastTile& tile);
 template <class V>
@@ -108,6 +114,7 @@ constexpr KernelTable table_of(Isa isa) {
   return {isa,
           pose_leaves<V>,
           pose_link_leaves<V>,
+          bound_bulge<V>,
           {{refit_boxes<V, CabRule<false>, ChildrenExtents>, refit_boxes<V, CabRule<false>, LeavesExtents>},
            {refit_boxes<V, Best3Rule, ChildrenExtents>, refit_boxes<V, Best3Rule, LeavesExtents>},
            {refit_boxes<V, CabRule<true>, ChildrenExtents>, refit_boxes<V, CabRule<true>, LeavesExtents>},
@@ -131,6 +138,8 @@ constexpr KernelTable table_of(Isa isa) {
           boxes_by_leaf<V>,
           ray_boxes<V>,
           ray_in_boxes<V>,
+          near_leaves<V>,
+          meet_past_leaves<V>,
           point_boxes<V>,
           walk_ray<V>,
           enter_rays<V>,

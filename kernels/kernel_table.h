@@ -12,6 +12,7 @@ namespace cab::kernel {
 
 struct PoseTile;
 struct PoseLink;
+struct BulgeTile;
 struct RefitTile;
 struct VertexTile;
 struct RowFilter;
@@ -19,6 +20,8 @@ struct BoundsRow;
 struct RayLanes;
 struct PointLanes;
 struct BoxRay;
+struct NearLeaves;
+struct PastLeaves;
 struct IndexNodes;
 struct IndexWalk;
 struct MetBounds;
@@ -54,6 +57,7 @@ struct KernelTable {
   Isa isa;
   void (*pose_leaves)(const PoseTile&);
   void (*pose_link_leaves)(const PoseLink&);
+  void (*bound_bulge)(BulgeTile&);
   void (*refit_boxes[kOrientedRefitCount][kExtentsCount])(const RefitTile&);  // by Refit (oriented ones) and Extents
   void (*refit_aabbs[kExtentsCount])(const MergeProgram&, AabbTile* nodes);   // by Extents
   void (*fit_vertices)(const VertexTile&);
@@ -76,9 +80,11 @@ struct KernelTable {
   void (*boxes_by_leaf)(const BoxTile* boxes, std::uint32_t leaves, std::uint32_t live, BoxTile* out);
   std::uint32_t (*ray_boxes)(const BoxTile& boxes, const BoxRay&, float* entry);
   std::uint32_t (*ray_in_boxes)(const BoxTile& boxes, const BoxRay&, float* entry);
+  std::uint32_t (*near_leaves)(const NearLeaves&, std::uint16_t* out);
+  void (*meet_past_leaves)(PastLeaves&);
   void (*point_boxes)(const BoxTile& boxes, const float (&point)[3], float* distance_sq);
   bool (*walk_ray)(const IndexNodes&, const RayLanes&, IndexWalk&, MetBounds* out);
-  void (*enter_rays)(const double (&center)[3], double scale, RayTile&);
+  void (*enter_rays)(RayTile&);
   void (*cast_boxes)(CastTile&);
   void (*search_rays)(const SearchedIndex&, RaySearch* const* rays, std::uint32_t count);
   void (*search_points)(const SearchedIndex&, PointSearch* const* points, std::uint32_t count);

@@ -44,27 +44,40 @@ struct BoxRay {
 // Whether boxes are larger than they are by all that a ray might miss, or smaller by all that it might not have met.
 enum class BoxSize { kLarger, kSmaller };
 
+// Rays near boxes, as lanes. rounding: without what follows from a box.
+template <class V>
+struct RaysNear {
+  Vec3<V> at, direction;
+  V radius, rounding;
+};
+
+// Narrows the range of each ray, near to far, to where it is in the box of its lane.
+template <BoxSize size, class V>
+CAB_INLINE void cut_to_box(const BoxLanes<V>& box, const RaysNear<V>& ray, V& near, V& far) {
+  const V least(static_cast<float>(kQueryLeastDirection)), skew(kQueryBoxSkew);
+  const Vec3<V> to = box.center - ray.at;
+  const V pad = ray.rounding + skew * (box.half.x + box.half.y + box.half.z), grow = ray.radius + pad;
+  const V by = size == BoxSize::kLarger ? grow : V(0.0f) - pad;
+  const V halves[3] = {box.half.x + by, box.half.y + by, box.half.z + by};
+  for (int k = 0; k < 3; ++k) {
+    const V way = dot(box.axis[k], to), speed = dot(box.axis[k], ray.direction);
+    const V inverse = divide(V(1.0f), select(abs(speed) < least, least, speed));
+    const V middle = way * inverse, half = halves[k] * abs(inverse);
+    near = max(near, middle - half);
+    far = min(far, middle + half);
+  }
+}
+
 template <class V, BoxSize size>
 CAB_INLINE std::uint32_t ray_resized_boxes(const BoxTile& boxes, const BoxRay& ray, float end, float* entry) {
-  const Vec3<V> at = {V(ray.at[0]), V(ray.at[1]), V(ray.at[2])};
-  const Vec3<V> direction = {V(ray.direction[0]), V(ray.direction[1]), V(ray.direction[2])};
-  const V least(static_cast<float>(kQueryLeastDirection)), skew(kQueryBoxSkew);
-  const V radius(ray.radius), rounding(ray.rounding);
+  const RaysNear<V> lanes = {{V(ray.at[0]), V(ray.at[1]), V(ray.at[2])},
+                             {V(ray.direction[0]), V(ray.direction[1]), V(ray.direction[2])},
+                             V(ray.radius),
+                             V(ray.rounding)};
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
-    const BoxLanes<V> box = load_box<V>(boxes, lane);
-    const Vec3<V> to = box.center - at;
-    const V pad = rounding + skew * (box.half.x + box.half.y + box.half.z), grow = radius + pad;
-    const V by = size == BoxSize::kLarger ? grow : V(0.0f) - pad;
-    const V halves[3] = {box.half.x + by, box.half.y + by, box.half.z + by};
     V near(ray.begin), far(end);
-    for (int k = 0; k < 3; ++k) {
-      const V way = dot(box.axis[k], to), speed = dot(box.axis[k], direction);
-      const V inverse = divide(V(1.0f), select(abs(speed) < least, least, speed));
-      const V middle = way * inverse, half = halves[k] * abs(inverse);
-      near = max(near, middle - half);
-      far = min(far, middle + half);
-    }
+    cut_to_box<size>(load_box<V>(boxes, lane), lanes, near, far);
     Lanes<V>::store(entry + lane, near);
     const std::uint32_t met = size == BoxSize::kLarger ? ~bits(near > far) : bits(far >= near);
     out |= (met & ((1u << kWidth<V>)-1)) << lane;

@@ -61,6 +61,17 @@ struct ReadNothingAhead {
   CAB_INLINE void operator()(std::uint32_t, std::uint32_t, std::uint32_t) const {}
 };
 
+// For walk_on: prefetches the nodes below a node that are met.
+struct ReadNodesAhead {
+  const IndexNodes& index;
+
+  CAB_INLINE void operator()(std::uint32_t level, std::uint32_t number, std::uint32_t met) const {
+    if (level == 0) return;
+    const AabbTile* const below = index.nodes + index.level_begin[level - 1] + number * kLanes;
+    for (; met; met &= met - 1) prefetch_bytes(below + lowest_bit(met), sizeof(AabbTile));
+  }
+};
+
 // Goes on to the next child of level 0 that is met, and writes it. Returns false if there is none, or none that is
 // wanted. meets(row, entry): the lanes that a query meets, and when it enters each. skips(entry): whether what is
 // entered then is not wanted any more.
@@ -123,7 +134,7 @@ CAB_INLINE PointWalk<V> walk_of(const PointLanes& point) {
 template <class V>
 bool walk_ray(const IndexNodes& index, const RayLanes& ray, IndexWalk& walk, MetBounds* out) {
   return walk_on<V>(
-      index, walk_of<V>(ray), [&ray](float entry) { return ray.skips(entry); }, ReadNothingAhead(), walk, out);
+      index, walk_of<V>(ray), [&ray](float entry) { return ray.skips(entry); }, ReadNodesAhead{index}, walk, out);
 }
 template <class V>
 bool walk_point(const IndexNodes& index, const PointLanes& point, IndexWalk& walk, MetBounds* out) {

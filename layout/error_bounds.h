@@ -182,6 +182,11 @@ inline constexpr double kQueryLeastDirection = 0x1p-40;
 inline constexpr double kHistoryPad = 0x1p-14;
 inline constexpr double kHistoryOriginPad = 0x1p-49;
 
+// How far they grow is computed in float: the cosine of half an angle may be off by 16 u, and all else by 64 u of
+// itself; step 13.5: 9 u, and 20 u.
+inline constexpr float kHistoryCosine = 0x1p-20f;
+inline constexpr float kHistoryRounding = 1 + 0x1p-18f;
+
 // ------------------------------------------------------------------------------------------------ boxes of levels
 
 // How far links can reach grows by this share of the lengths that it is a sum of, for poses that are rotations only to

@@ -11,19 +11,25 @@
 #include "engine/step/pose_scratch.h"
 #include "engine/step/quaternion_of.h"
 #include "engine/step/update.h"
+#include "kernels/between_moments.h"
 #include "kernels/float_mode.h"
 #include "layout/error_bounds.h"
 #include "layout/rounded_up.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <exception>
+#include <limits>
 
 namespace cab {
 namespace {
 
 constexpr std::size_t kMaxHistories = 4096;
-constexpr float kIdentity[4] = {0, 0, 0, 1};
+
+// Instances are arranged anew for every so many moments: what moves in between is little.
+constexpr std::uint32_t kTicksAlike = 8;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Up to this many tiles the calling thread works alone.
 constexpr std::uint32_t kTilesAlone = 16;
@@ -34,22 +40,37 @@ bool has_history(const Engine& engine, HistoryId id) {
 
 // ------------------------------------------------------------------------------------------------------------- room
 
-QueryIndex make_index(std::size_t instances, StoredHistory& history) {
-  Arena& arena = history.arena;
-  const std::size_t clusters = tile_count(static_cast<std::uint32_t>(instances));
-  const auto nodes = static_cast<std::uint32_t>(most_nodes(clusters));
-  QueryIndex out;
-  out.clusters = {arena.allocate<QueryCluster>(clusters).data, static_cast<std::uint32_t>(clusters), 0};
-  out.nodes = {arena.allocate<AabbTile>(nodes).data, nodes, 0};
-  out.used = arena.allocate<std::uint16_t>(nodes);
-  out.order = arena.allocate<IndexedPoint>(instances);
-  out.cluster_order = history.cluster_order;
-  out.unordered = history.unordered;
-  return out;
-}
+// The memory of all indexes of a history, in few blocks: large ones have huge pages.
+struct IndexRoom {
+  std::size_t instances, clusters, nodes;  // of one index
+  Span<QueryCluster> all_clusters;
+  Span<AabbTile> all_nodes;
+  Span<std::uint16_t> used;
+  Span<IndexedPoint> order;
 
-// How far the leaf boxes of each link are from its origin.
-void measure_reach(const Articulation& articulation, Span<float> reach) {
+  IndexRoom(std::size_t instances_, std::size_t count, Arena& arena)
+      : instances(instances_),
+        clusters(tile_count(static_cast<std::uint32_t>(instances))),
+        nodes(most_nodes(clusters)),
+        all_clusters(arena.allocate<QueryCluster>(clusters, count)),
+        all_nodes(arena.allocate<AabbTile>(nodes, count)),
+        used(arena.allocate<std::uint16_t>(nodes, count)),
+        order(arena.allocate<IndexedPoint>(instances, count)) {}
+
+  QueryIndex index(std::size_t number, const StoredHistory& history) const {
+    QueryIndex out;
+    out.clusters = {all_clusters.data + number * clusters, static_cast<std::uint32_t>(clusters), 0};
+    out.nodes = {all_nodes.data + number * nodes, static_cast<std::uint32_t>(nodes), 0};
+    out.used = {used.data + number * nodes, nodes};
+    out.order = {order.data + number * instances, instances};
+    out.cluster_order = history.cluster_order;
+    out.unordered = history.unordered;
+    return out;
+  }
+};
+
+// How far the leaf boxes of each link are from its origin, and the balls that hold them (docs/proof.md, step 13.6).
+void measure_leaves(const Articulation& articulation, Span<float> reach, Span<float> radius) {
   const auto length = [](const float(&v)[3]) {
     return std::sqrt(static_cast<double>(v[0]) * static_cast<double>(v[0]) +
                      static_cast<double>(v[1]) * static_cast<double>(v[1]) +
@@ -59,31 +80,39 @@ void measure_reach(const Articulation& articulation, Span<float> reach) {
     const Box& box = articulation.leaf_box[leaf];
     float& of_link = reach[articulation.leaf_link[leaf]];
     of_link = std::max(of_link, rounded_up(length(box.center) + length(box.half)));
+    radius[leaf] = rounded_up(length(box.half) + 2 * kHistoryPad * (length(box.center) + length(box.half)));
   }
 }
 
 void make_ring(const InstanceBatch& batch, std::uint32_t ticks, StoredHistory& out) {
   const std::size_t instances = batch.capacity, links = batch.articulation->link_count;
+  const std::size_t leaves = batch.articulation->leaf_count;
   const std::size_t clusters = tile_count(batch.capacity);
   Arena& arena = out.arena;
   out.articulation = batch.articulation;
   out.instances = batch.capacity;
   out.reach = arena.allocate<float>(links);
-  measure_reach(*batch.articulation, out.reach);
+  out.radius = arena.allocate<float>(leaves + kLanes);
+  measure_leaves(*batch.articulation, out.reach, out.radius);
   out.bounds = arena.allocate<InstanceBounds>(instances);
   out.next = arena.allocate<InstanceBounds>(instances);
   out.between = arena.allocate<InstanceBounds>(instances);
   out.cluster_order = arena.allocate<IndexedPoint>(clusters);
   out.unordered = {arena.allocate<QueryCluster>(clusters).data, static_cast<std::uint32_t>(clusters), 0};
   out.ring = arena.allocate<HistoryTick>(std::size_t{ticks} + 1);
-  for (HistoryTick& tick : out.ring) {
-    tick.poses = arena.allocate<float>(instances, links * kTickFloats);
-    tick.orientations = arena.allocate<float>(4 * instances);
-    tick.scales = arena.allocate<float>(instances);
-    tick.origins = arena.allocate<double>(3 * instances);
-    tick.layers = arena.allocate<std::uint32_t>(instances);
-    tick.at = make_index(instances, out);
-    tick.since = make_index(instances, out);
+  const std::size_t floats = links * kTickFloats, ring = out.ring.size;
+  const IndexRoom room(instances, ring, arena);
+  const Span<float> poses = arena.allocate<float>(instances * ring, floats);
+  const Span<KeptPlace> places = arena.allocate<KeptPlace>(instances, ring);
+  const Span<float> centers = arena.allocate<float>(instances * ring + kLanes, 3 * leaves);
+  for (std::size_t i = 0; i < ring; ++i) {
+    HistoryTick& tick = out.ring[i];
+    tick.poses = poses.data + i * instances * floats;
+    tick.places = places.data + i * instances;
+    tick.centers = centers.data + i * instances * 3 * leaves;
+    tick.center_floats = 3 * leaves;
+    tick.pose_floats = floats;
+    tick.index = room.index(i, out);
   }
 }
 
@@ -126,25 +155,26 @@ void write_quaternion(const StoredPose& pose, float* out) {
 }
 
 // Copies what places an instance, and the poses of its links that are posed.
-void keep_instance(const InstanceBatch& batch, std::uint32_t instance, HistoryTick& tick) {
+void keep_instance(const InstanceBatch& batch, std::uint32_t instance, const HistoryTick& tick) {
   const bool is_quaternion = batch.input->poses.format == PoseFormat::kQuaternionTranslation;
-  float* const poses = tick.poses.data + std::size_t{instance} * batch.articulation->link_count * kTickFloats;
   for (const PosedLink& posed : batch.articulation->posed_links) {
-    float* const to = poses + posed.link * kTickFloats;
+    float* const to = tick.pose(instance) + posed.link * kTickFloats;
     if (is_quaternion)
-      std::copy_n(pose_of(batch, instance, posed.link), kTickFloats, to);
+      std::memcpy(to, pose_of(batch, instance, posed.link), kTickFloats * sizeof(float));
     else
       write_quaternion(pose_alone(batch, instance, posed.link), to);
   }
-  if (tick.has_orientations) std::copy_n(orientation_of(batch, instance), 4, tick.orientations.data + 4 * instance);
-  if (tick.has_scales) tick.scales[instance] = scale_of(batch, instance);
-  if (tick.has_layers) tick.layers[instance] = batch.input->layers[instance];
-  for (std::uint32_t c = 0; c < 3; ++c) tick.origins[3 * std::size_t{instance} + c] = origin_of(batch, instance, c);
+  KeptPlace& place = tick.place(instance);
+  place = {0, {0, 0, 0}, {0, 0, 0, 1}, 1, ~0u, 0};  // no moment has it until its pose is checked
+  for (std::uint32_t c = 0; c < 3; ++c) place.origin[c] = origin_of(batch, instance, c);
+  if (tick.has_orientations) std::copy_n(orientation_of(batch, instance), 4, place.orientation);
+  if (tick.has_scales) place.scale = scale_of(batch, instance);
+  if (!batch.input->layers.empty()) place.layers = batch.input->layers[instance];
 }
 
 // Copies the instances of a tile, and bounds them.
 void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint32_t tile, PoseScratch& posing,
-               HistoryTick& tick, Span<InstanceBounds> bounds) {
+               const HistoryTick& tick, Span<InstanceBounds> bounds) {
   TileInstances instances = instances_of(batch, tile);
   std::uint32_t live = ~0u;
   if (batch.input->poses.format != PoseFormat::kQuaternionTranslation)
@@ -158,80 +188,61 @@ void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint3
   if (count == 0) return;
   PastTile past;
   const HistoryMoment moment = {&tick, &tick, 0, nullptr, false};
-  for (std::uint32_t lane = 0; lane < count; ++lane) past.add(moment, *batch.articulation, instances.instance[lane]);
+  for (std::uint32_t lane = 0; lane < count; ++lane) past.add(moment, instances.instance[lane]);
   AabbTile all;
   live = pose_past_tile(frame.kernels, *batch.articulation, past, posing);
   frame.kernels.bound_boxes(posing.boxes.data, batch.articulation->leaf_count, posing.bounds.data);
   frame.kernels.bound_together(posing.bounds.data, batch.articulation->leaf_count, &all);
-  for (std::uint32_t lane = 0; lane < count; ++lane)
-    if (live >> lane & 1) bounds[instances.instance[lane]] = world_bounds(batch, instances.instance[lane], all, lane);
+  for (std::uint32_t lane = 0; lane < count; ++lane) {
+    if (!(live >> lane & 1)) continue;
+    const std::uint32_t i = instances.instance[lane], leaves = batch.articulation->leaf_count;
+    tick.place(i).number = tick.number;
+    bounds[i] = world_bounds(batch, i, all, lane);
+    float* const center = tick.center(i);
+    for (std::uint32_t c = 0; c < 3; ++c)
+      for (std::uint32_t leaf = 0; leaf < leaves; ++leaf)
+        center[c * leaves + leaf] = posing.boxes.data[leaf].center[c][lane];
+  }
 }
 
 // ------------------------------------------------------------------------------------------------ between two moments
 
-// How far two rotations are from each other: the cosine and the sine of half the angle.
-struct Turn {
-  double cosine, sine;
-
-  Turn(const float* from, const float* to) {
-    double product = 0, from_sq = 0, to_sq = 0;
-    for (int c = 0; c < 4; ++c) {
-      const double a = static_cast<double>(from[c]), b = static_cast<double>(to[c]);
-      product += a * b;
-      from_sq += a * a;
-      to_sq += b * b;
-    }
-    cosine = std::min(std::fabs(product) / std::sqrt(from_sq * to_sq), 1.0);
-    sine = std::sqrt(1 - cosine * cosine);
-  }
-};
-
-double length(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
-
-// How far any point of the leaf boxes of an instance can be, between two moments, from the straight line between where
-// it is at both (docs/proof.md, step 13.3).
-double bulge(const StoredHistory& history, const HistoryTick& from, const HistoryTick& to, std::uint32_t instance) {
-  const Articulation& articulation = *history.articulation;
-  const std::size_t begin = std::size_t{instance} * articulation.link_count * kTickFloats;
-  const double scale_a = static_cast<double>(scale_of(from, instance)),
-               scale_b = static_cast<double>(scale_of(to, instance));
-  const double scale = std::max(scale_a, scale_b), rescaled = std::fabs(scale_b - scale_a);
-  const Turn all(orientation_of(from, instance), orientation_of(to, instance));
-  double out = 0;
-  for (const PosedLink& posed : articulation.posed_links) {
-    if (posed.leaf_begin == posed.leaf_end) continue;
-    const float* const a = from.poses.data + begin + posed.link * kTickFloats;
-    const float* const b = to.poses.data + begin + posed.link * kTickFloats;
-    double at_a[3], at_b[3], way[3];
-    for (int c = 0; c < 3; ++c) {
-      at_a[c] = static_cast<double>(a[4 + c]);
-      at_b[c] = static_cast<double>(b[4 + c]);
-      way[c] = at_b[c] - at_a[c];
-    }
-    const Turn turn(a, b);
-    const double reach = static_cast<double>(history.reach[posed.link]);
-    const double most = std::max(length(at_a), length(at_b)) + reach;
-    const double moved = length(way) + 2 * turn.sine * reach;
-    const double in_instance = scale * (1 - turn.cosine) * reach + rescaled * moved / 4;
-    const double by_orientation = (1 - all.cosine) * scale * most + all.sine * (scale * moved + rescaled * most) / 2;
-    out = std::max(out, (in_instance + by_orientation) + kHistoryPad * scale * (most + reach));
-  }
+// Whether the leaf boxes of an instance may be out of range between two moments.
+bool is_far(const InstanceBounds& bounds, const KeptPlace& place) {
+  constexpr double kMost = static_cast<double>(kMaxCoordinate) / 4;
+  bool out = false;
+  for (std::uint32_t c = 0; c < 3; ++c)
+    out = out || bounds.lo[c] - place.origin[c] < -kMost || bounds.hi[c] - place.origin[c] > kMost;
   return out;
 }
 
 // The bounds of the instances of a tile between the last moment and the one that is recorded.
-void bound_between(const StoredHistory& history, const HistoryTick& from, const HistoryTick& to, std::uint32_t tile) {
-  const std::uint32_t end = std::min(history.instances, (tile + 1) * kLanes);
-  for (std::uint32_t i = tile * kLanes; i < end; ++i) {
+void bound_between(const kernel::KernelTable& kernels, const StoredHistory& history, const HistoryTick& from,
+                   const HistoryTick& to, std::uint32_t tile) {
+  const std::uint32_t begin = tile * kLanes, end = std::min(history.instances, begin + kLanes);
+  kernel::BulgeTile bulge;
+  bulge.articulation = history.articulation;
+  bulge.reach = history.reach.data;
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t i = std::min(begin + lane, end - 1);
+    const KeptPlace &place_from = from.place(i), &place_to = to.place(i);
+    bulge.from[lane] = from.pose(i);
+    bulge.to[lane] = to.pose(i);
+    bulge.from_orientation[lane] = place_from.orientation;
+    bulge.to_orientation[lane] = place_to.orientation;
+    bulge.from_scale[lane] = place_from.scale;
+    bulge.to_scale[lane] = place_to.scale;
+  }
+  kernels.bound_bulge(bulge);
+  for (std::uint32_t i = begin; i < end; ++i) {
     const InstanceBounds &a = history.bounds[i], &b = history.next[i];
     InstanceBounds& out = history.between[i];
-    out = kNoBounds;
+    out = b;
     if (!has_bounds(a) || !has_bounds(b)) continue;
-    const double grow = bulge(history, from, to, i);
+    to.place(i).bulge = is_far(a, from.place(i)) || is_far(b, to.place(i)) ? kInfinity : bulge.bulge[i - begin];
     for (std::uint32_t c = 0; c < 3; ++c) {
-      const double origin =
-          std::max(std::fabs(from.origins[3 * std::size_t{i} + c]), std::fabs(to.origins[3 * std::size_t{i} + c]));
-      const double by = grow + kHistoryOriginPad * origin;
+      const double origin = std::max(std::fabs(from.place(i).origin[c]), std::fabs(to.place(i).origin[c]));
+      const double by = static_cast<double>(bulge.bulge[i - begin]) + kHistoryOriginPad * origin;
       out.lo[c] = std::min(a.lo[c], b.lo[c]) - by;
       out.hi[c] = std::max(a.hi[c], b.hi[c]) + by;
     }
@@ -242,27 +253,25 @@ void bound_between(const StoredHistory& history, const HistoryTick& from, const 
 void record(Engine& engine, const FrameContext& frame, const InstanceBatch& batch, std::uint32_t slot, double time,
             StoredHistory& history) {
   HistoryTick& tick = history.ring[(history.first + history.count) % history.ring.size];
+  tick.number = ++history.recorded;
   tick.time = time;
   tick.has_orientations = !batch.input->orientations.empty();
   tick.has_scales = !batch.input->scales.empty();
-  tick.has_layers = !batch.input->layers.empty();
   std::fill(history.next.begin(), history.next.end(), kNoBounds);
   const std::uint32_t given = tile_count(active_count(batch)), all = tile_count(history.instances);
   engine.pool.tasks->alone = all <= kTilesAlone;
   engine.pool.tasks->for_each(given, [&](std::uint32_t tile, std::uint32_t w) {
     keep_tile(frame, batch, tile, engine.pool.pose_of(w), tick, history.next);
   });
-  tick.at.bounds = history.next;
-  build_index_of_one(slot, tick.at);
-  tick.at.bounds = {};
   if (history.count > 0) {
     const HistoryTick& last = history.last();
-    engine.pool.tasks->for_each(all,
-                                [&](std::uint32_t tile, std::uint32_t) { bound_between(history, last, tick, tile); });
-    tick.since.bounds = history.between;
-    build_index_of_one(slot, tick.since);
-    tick.since.bounds = {};
+    engine.pool.tasks->for_each(
+        all, [&](std::uint32_t tile, std::uint32_t) { bound_between(frame.kernels, history, last, tick, tile); });
   }
+  tick.index.bounds = history.count > 0 ? history.between : history.next;
+  const bool is_like_last = history.count > 0 && tick.number % kTicksAlike != 0;
+  if (!is_like_last || !build_index_like(history.last().index, tick.index)) build_index_of_one(slot, tick.index);
+  tick.index.bounds = {};
   std::swap(history.bounds, history.next);
   if (history.count + 1 < history.ring.size)
     ++history.count;
@@ -275,14 +284,17 @@ StoredHistoryPtr make_history(const Allocator& allocator) { return StoredHistory
 
 }  // namespace
 
-const float* orientation_of(const HistoryTick& tick, std::uint32_t instance) {
-  return tick.has_orientations ? tick.orientations.data + 4 * std::size_t{instance} : kIdentity;
+std::uint32_t time_key(const StoredHistory& history, double time) {
+  if (history.count == 0) return 0;
+  const double first = history.tick(0).time, whole = 0.5 * history.last().time - 0.5 * first;
+  const double part = (0.5 * time - 0.5 * first) / whole;                                   // halves: as in moment_of
+  return static_cast<std::uint32_t>(std::min(std::max(0.0, part), 1.0) * (kTimeKeys - 1));  // 0 for NaN
 }
 
 HistoryMoment moment_of(const StoredHistory& history, double time) {
   const auto at = [&](std::uint32_t i, bool is_clamped) {
     const HistoryTick& tick = history.tick(i);
-    return HistoryMoment{&tick, &tick, 0, &tick.at, is_clamped};
+    return HistoryMoment{&tick, &tick, 0, &tick.index, is_clamped};
   };
   if (time <= history.tick(0).time) return at(0, time < history.tick(0).time);
   if (time >= history.last().time) return at(history.count - 1, time > history.last().time);
@@ -295,7 +307,7 @@ HistoryMoment moment_of(const StoredHistory& history, double time) {
   const HistoryTick &from = history.tick(low), &to = history.tick(high);
   // Halves, since a difference of two times may be beyond the largest double.
   const double gone = 0.5 * time - 0.5 * from.time, whole = 0.5 * to.time - 0.5 * from.time;
-  return {&from, &to, whole > 0 ? std::min(gone / whole, 1.0) : 0, &to.since, false};
+  return {&from, &to, whole > 0 ? std::min(gone / whole, 1.0) : 0, &to.index, false};
 }
 
 Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept {

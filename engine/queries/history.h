@@ -14,17 +14,32 @@ namespace cab {
 // What a history keeps of a link: the quaternion, then the translation.
 inline constexpr std::uint32_t kTickFloats = 7;
 
-// One moment. All spans are by instance; those of instances that it lacks are stale.
+// What places an instance at one moment, and which layers it is in. What the caller gave none of is the identity, 1 and
+// all bits.
+struct KeptPlace {
+  std::uint64_t number;  // of the moment; any other: the moment lacks the instance, and all of this is stale
+  double origin[3];
+  float orientation[4];
+  float scale;
+  std::uint32_t layers;
+  float bulge;  // how far its leaf boxes may leave the straight line from the moment before to this one
+};
+
+// One moment.
 struct HistoryTick {
+  std::uint64_t number;  // of all moments that were ever recorded
   double time;
-  bool has_orientations, has_scales, has_layers;
-  Span<float> poses;  // kTickFloats per link
-  Span<float> orientations;
-  Span<float> scales;
-  Span<double> origins;
-  Span<std::uint32_t> layers;
-  QueryIndex at;     // the instances that it has
-  QueryIndex since;  // those that the moment before has too, as they are between the two
+  bool has_orientations, has_scales;
+  std::size_t pose_floats, center_floats;  // of one instance
+  float* poses;                            // by instance: kTickFloats per link
+  float* centers;     // by instance: of its leaf boxes, relative to its origin: first all x, then all y, all z
+  KeptPlace* places;  // by instance
+  QueryIndex index;   // its instances, by bounds that also hold all that is between the moment before and this one
+
+  bool has(std::uint32_t instance) const { return place(instance).number == number; }
+  float* pose(std::uint32_t instance) const { return poses + instance * pose_floats; }
+  float* center(std::uint32_t instance) const { return centers + instance * center_floats; }
+  KeptPlace& place(std::uint32_t instance) const { return places[instance]; }
 };
 
 struct StoredHistory {
@@ -40,7 +55,9 @@ struct StoredHistory {
   std::uint32_t instances = 0;         // of the batch
   Span<HistoryTick> ring;              // one more than are kept: that of a call that fails is none of them
   std::uint32_t first = 0, count = 0;  // of the moments that are kept
+  std::uint64_t recorded = 0;          // how many moments were recorded
   Span<float> reach;                   // by link: how far its leaf boxes are from its origin, at most
+  Span<float> radius;                  // by leaf: of a ball about its box's centre that holds the posed box
   Span<InstanceBounds> bounds, next;   // by instance: those of the last moment, and of the one that is recorded
   Span<InstanceBounds> between;        // by instance: of both moments and what is between them
   Span<IndexedPoint> cluster_order;    // scratch of all indexes
@@ -58,28 +75,27 @@ struct HistoryMoment {
   const QueryIndex* index;
   bool is_clamped;
 
+  bool has(std::uint32_t instance) const { return from->has(instance) && to->has(instance); }
   bool is_between() const { return from != to; }
   bool has_orientations() const { return from->has_orientations || to->has_orientations; }
   bool has_scales() const { return from->has_scales || to->has_scales; }
 
   double origin(std::uint32_t instance, std::uint32_t c) const {
-    const double at = from->origins[3 * std::size_t{instance} + c];
-    return is_between() ? at + part * (to->origins[3 * std::size_t{instance} + c] - at) : at;
+    const double at = from->place(instance).origin[c];
+    return is_between() ? at + part * (to->place(instance).origin[c] - at) : at;
+  }
+
+  float scale(std::uint32_t instance) const {
+    const float at = from->place(instance).scale, by = static_cast<float>(part);
+    return by > 0 ? (1 - by) * at + by * to->place(instance).scale : at;
   }
 };
 
 // The history has at least one moment.
 HistoryMoment moment_of(const StoredHistory& history, double time);
 
-// The orientation and the scale of an instance, which are the identity where the caller gave none.
-const float* orientation_of(const HistoryTick& tick, std::uint32_t instance);
-inline float scale_of(const HistoryTick& tick, std::uint32_t instance) {
-  return tick.has_scales ? tick.scales[instance] : 1.0f;
-}
-
-inline float scale_at(const HistoryMoment& moment, std::uint32_t instance) {
-  const float from = scale_of(*moment.from, instance), part = static_cast<float>(moment.part);
-  return part > 0 ? (1 - part) * from + part * scale_of(*moment.to, instance) : from;
-}
+// A number below kTimeKeys that does not fall from a time to a later one. It tells times of the history apart.
+inline constexpr std::uint32_t kTimeKeys = 1 << 29;
+std::uint32_t time_key(const StoredHistory& history, double time);
 
 }  // namespace cab

@@ -26,6 +26,8 @@ HistoryMemoryPtr make_history_memory(std::size_t links, std::size_t leaves, std:
     worker->boxes = make_list<BoxTile>(own, most * tile_count(static_cast<std::uint32_t>(leaves)));
     worker->poses = own.allocate<float>(links * kTickFloats);
     worker->posed_for = own.allocate<std::uint32_t>(links);
+    worker->rays = own.allocate<PastRay>(HistoryMemory::kMostRays);
+    worker->near = own.allocate<std::uint16_t>(leaves);
     memory->workers.push_back(std::move(worker));
   }
   return memory;

@@ -3,6 +3,8 @@
 
 #include "engine/queries/history.h"
 #include "engine/session/engine.h"
+#include "kernels/search_ray.h"
+#include "layout/box_aos.h"
 #include "layout/tile.h"
 
 namespace cab {
@@ -21,6 +23,28 @@ struct PastCandidate {
   bool is_live;
 };
 
+// A leaf whose box a ray may meet first, as it was at the ray's time.
+struct PastLeaf {
+  float entry;         // at which distance, or less
+  std::uint32_t slot;  // index of the batch
+  std::uint32_t instance, leaf;
+  double apart[3];  // the instance's origin less where the ray begins
+  BoxAos box;
+};
+
+// A ray about the past, and how far its search has come.
+struct PastRay {
+  static constexpr std::uint32_t kMostMet = 8;
+
+  kernel::RaySearch search;  // in the index of one history
+  HistoryMoment moment;
+  std::uint32_t query;    // index of the query in the job
+  std::uint32_t clamped;  // how many histories have no such time
+  std::uint32_t met_count;
+  PastLeaf met[kMostMet];
+  bool is_known;  // whether all leaves that it may meet first are in `met`, which may have no room for them
+};
+
 // What one worker keeps.
 struct PastWorker {
   explicit PastWorker(const Allocator& allocator) : arena(allocator) {}
@@ -33,9 +57,13 @@ struct PastWorker {
   Span<float> poses;
   Span<std::uint32_t> posed_for;  // by link: the test that its pose was made for
   std::uint32_t test = 0;         // number of the test
+  Span<PastRay> rays;             // of one task: by place
+  Span<std::uint16_t> near;       // scratch: leaves that a ray comes near
 };
 
 struct HistoryMemory {
+  static constexpr std::uint32_t kMostRays = 64;  // that are searched for together
+
   std::size_t links = 0, leaves = 0;  // of the largest articulation that there is room for
   std::vector<std::unique_ptr<PastWorker>> workers;
   std::vector<const StoredHistory*> asked;  // the histories of the job; has room for all of the engine

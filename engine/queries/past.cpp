@@ -17,13 +17,9 @@ std::uint32_t group_of(const PastCandidate& one) {
 
 std::uint32_t slot_index(const StoredHistory& history) { return slot_of(history.batch).value - 1; }
 
-bool looks_at(const Query& query, const HistoryTick& tick, std::uint32_t slot, std::uint32_t instance) {
-  return !is_ignored(query, slot, instance) &&
-         (query.layer_mask & (tick.has_layers ? tick.layers[instance] : ~0u)) != 0;
-}
-
-const float* pose_at(const HistoryTick& tick, const Articulation& articulation, std::uint32_t instance) {
-  return tick.poses.data + std::size_t{instance} * articulation.link_count * kTickFloats;
+bool looks_at(const Query& query, const HistoryMoment& moment, std::uint32_t slot, std::uint32_t instance) {
+  return moment.has(instance) && !is_ignored(query, slot, instance) &&
+         (query.layer_mask & moment.from->place(instance).layers) != 0;
 }
 
 // Calls take(candidate) for the instances of a history whose bounds the probe meets, until it returns false. Returns
@@ -39,10 +35,10 @@ bool walk_history(const QueryRun& run, std::uint32_t number, std::uint32_t histo
   while (goes_on && !probe.is_done() && probe.next(walk, &met)) {
     const QueryCluster& cluster = moment.index->clusters.data[met.node];
     const std::uint32_t instance = moment.index->order[cluster.first + met.lane].number;
-    if (!looks_at(query, *moment.from, cluster.batch, instance)) continue;
+    if (!looks_at(query, moment, cluster.batch, instance)) continue;
     const std::size_t bytes = from.articulation->link_count * kTickFloats * sizeof(float);
     for (const HistoryTick* tick : {moment.from, moment.to})
-      prefetch_bytes(pose_at(*tick, *from.articulation, instance), std::min(bytes, kPrefetchedBytes));
+      prefetch_bytes(tick->pose(instance), std::min(bytes, kPrefetchedBytes));
     goes_on = take(PastCandidate{number, history, instance, met.entry, moment, nullptr, 0, false});
   }
   run.own.stats.nodes += walk.opened;
@@ -64,8 +60,7 @@ void pose_group(const QueryRun& run, Span<const std::uint32_t> order) {
   const std::uint32_t leaves = articulation.leaf_count;
   const std::uint32_t tiles = tile_count(leaves);
   PastTile tile;
-  for (const std::uint32_t i : order)
-    tile.add(own.candidates.data[i].moment, articulation, own.candidates.data[i].instance);
+  for (const std::uint32_t i : order) tile.add(own.candidates.data[i].moment, own.candidates.data[i].instance);
   const std::uint32_t live = pose_past_tile(run.frame.kernels, articulation, tile, run.pose);
   float reach[kLanes];
   take_posed(run.frame.kernels, run.pose, leaves, tile.count, {own.boxes.end(), reach});
@@ -100,8 +95,8 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
     if (moment.has_orientations()) {
       kernel::RawPoses from, to;
       for (std::uint32_t c = 0; c < 4; ++c) {
-        from.raw[c][0] = orientation_of(*moment.from, one.instance)[c];
-        to.raw[c][0] = orientation_of(*moment.to, one.instance)[c];
+        from.raw[c][0] = moment.from->place(one.instance).orientation[c];
+        to.raw[c][0] = moment.to->place(one.instance).orientation[c];
       }
       kernel::blend_lanes<float>(to, &part, 4, 0, from);
       for (std::uint32_t c = 0; c < 4; ++c) orientation[c] = from.raw[c][0];
@@ -109,7 +104,7 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
     }
     if (moment.has_scales()) {
       place.coding.scaling = Scaling::kPerInstance;
-      place.scale = scale_at(moment, one.instance);
+      place.scale = moment.scale(one.instance);
     }
     begin_test(own);
   }
@@ -128,15 +123,15 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
 }
 
 // The pose of a link of an instance that is tested.
-const float* pose_of(const PastPlace& place, const Articulation& articulation, std::uint32_t link) {
+const float* pose_of(const PastPlace& place, std::uint32_t link) {
   const HistoryMoment& moment = place.of.moment;
   const std::size_t at = std::size_t{link} * kTickFloats;
-  const float* const from = pose_at(*moment.from, articulation, place.of.instance) + at;
+  const float* const from = moment.from->pose(place.of.instance) + at;
   if (!moment.is_between()) return from;
   float* const out = place.own.poses.data + at;
   if (place.own.posed_for[link] == place.own.test) return out;
   place.own.posed_for[link] = place.own.test;
-  const float* const to = pose_at(*moment.to, articulation, place.of.instance) + at;
+  const float* const to = moment.to->pose(place.of.instance) + at;
   const auto part = static_cast<float>(moment.part);
   kernel::RawPoses raw, later;
   for (std::uint32_t f = 0; f < kTickFloats; ++f) raw.raw[f][0] = from[f], later.raw[f][0] = to[f];
@@ -158,21 +153,20 @@ LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_
   const Articulation& articulation = *one.batch->articulation;
   const ConvexShapes& shapes = *run.frame.batches[one.slot]->convex_shapes;
   const std::uint32_t begin = shapes.leaf_begin[leaf], end = shapes.leaf_begin[leaf + 1];
-  const StoredPose at = {place.coding, pose_of(place, articulation, articulation.leaf_link[leaf]), place.orientation,
-                         place.scale};
+  const StoredPose at = {place.coding, pose_of(place, articulation.leaf_link[leaf]), place.orientation, place.scale};
   const float scale = at.coding.scaling == Scaling::kNone ? 1.0f : static_cast<float>(pose_in_double(at).scale);
   return {{shapes.shapes.data + begin, end - begin}, at, scale};
 }
 
-void PastTile::add(const HistoryMoment& moment, const Articulation& articulation, std::uint32_t instance) {
+void PastTile::add(const HistoryMoment& moment, std::uint32_t instance) {
   const std::uint32_t lane = count++;
   is_between = is_between || moment.is_between();
   pose.coding.scaling = moment.has_scales() ? Scaling::kPerInstance : Scaling::kNone;
-  pose.poses[lane] = pose_at(*moment.from, articulation, instance);
-  later.poses[lane] = pose_at(*moment.to, articulation, instance);
-  pose.orientations[lane] = moment.has_orientations() ? orientation_of(*moment.from, instance) : nullptr;
-  later.orientations[lane] = moment.has_orientations() ? orientation_of(*moment.to, instance) : nullptr;
-  pose.scales[lane] = scale_at(moment, instance);
+  pose.poses[lane] = moment.from->pose(instance);
+  later.poses[lane] = moment.to->pose(instance);
+  pose.orientations[lane] = moment.has_orientations() ? moment.from->place(instance).orientation : nullptr;
+  later.orientations[lane] = moment.has_orientations() ? moment.to->place(instance).orientation : nullptr;
+  pose.scales[lane] = moment.scale(instance);
   later.part[lane] = static_cast<float>(moment.part);
 }
 

@@ -15,7 +15,7 @@ struct PastTile {
   kernel::PoseTile pose;
   kernel::LaterPoses later;
 
-  void add(const HistoryMoment& moment, const Articulation& articulation, std::uint32_t instance);
+  void add(const HistoryMoment& moment, std::uint32_t instance);
 };
 
 // Poses the leaf boxes into the worker's. Returns the bits of the lanes whose pose is valid.

@@ -265,6 +265,20 @@ void lay_out_levels(QueryIndex& index) {
   index.nodes.size = index.level_begin[index.levels];
 }
 
+// Makes all nodes, on the calling thread.
+void make_all_nodes(QueryIndex& index) {
+  lay_out_levels(index);
+  for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);
+  make_inner_nodes(index);
+}
+
+Hull hull_of(Span<const InstanceBounds> all) {
+  Hull out;
+  for (const InstanceBounds& bounds : all)
+    if (has_bounds(bounds)) out.add(bounds);
+  return out;
+}
+
 }  // namespace
 
 std::uint32_t curve_key(const QueryIndex& index, const double* point) {
@@ -344,19 +358,33 @@ void build_index(StoredBatches batches, WorkerPool& pool, QueryIndex& index) {
 }
 
 void build_index_of_one(std::uint32_t slot, QueryIndex& index) {
-  Hull all;
-  for (const InstanceBounds& bounds : index.bounds)
-    if (has_bounds(bounds)) all.add(bounds);
-  place(all, index);
+  place(hull_of(index.bounds), index);
   index.clusters.clear();
   add_batch(
       slot, static_cast<std::uint32_t>(index.bounds.size), [](std::uint32_t i) { return i; },
       [](std::uint32_t, Span<IndexedPoint> points) { order_points(points); }, index);
   index.arrangement = Arrangement::kHalved;
   order_clusters(index);
-  lay_out_levels(index);
-  for (std::uint32_t cluster = 0; cluster < index.clusters.size; ++cluster) make_cluster_node(index, cluster);
-  make_inner_nodes(index);
+  make_all_nodes(index);
+}
+
+bool build_index_like(const QueryIndex& other, QueryIndex& index) {
+  place(hull_of(index.bounds), index);
+  index.clusters.clear();
+  std::uint32_t first = 0;
+  for (const QueryCluster& cluster : other.clusters) {
+    std::uint32_t count = 0;
+    for (std::uint32_t lane = 0; lane < cluster.count; ++lane) {
+      const IndexedPoint& point = other.order[cluster.first + lane];
+      if (has_bounds(index.bounds[point.number])) index.order[first + count++] = point;
+    }
+    if (count > 0) index.clusters.push({cluster.batch, first, count});
+    first += count;
+  }
+  if (first != std::count_if(index.bounds.begin(), index.bounds.end(), has_bounds)) return false;
+  make_all_nodes(index);
+  index.arrangement = other.arrangement;
+  return true;
 }
 
 }  // namespace cab

@@ -102,4 +102,8 @@ void build_index(StoredBatches batches, WorkerPool& pool, QueryIndex& index);
 // Makes an index of one batch, halved, from index.bounds of its instances alone. slot: index of the batch.
 void build_index_of_one(std::uint32_t slot, QueryIndex& index);
 
+// The same, with instances arranged as another index of the batch has them. Returns false, and makes none, if the other
+// lacks an instance.
+bool build_index_like(const QueryIndex& other, QueryIndex& index);
+
 }  // namespace cab

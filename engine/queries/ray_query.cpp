@@ -37,7 +37,7 @@ bool RayQuery::enter() {
   ray.length = length_;
   ray.radius = static_cast<double>(query_.radius);
   aim(ray);
-  enter_index(index.center, index.scale, ray);
+  enter_index({index.center[0], index.center[1], index.center[2]}, index.scale, ray);
   direction_ = ray.along;
   if (ray.misses) return false;
   entered_ = ray.entered;
@@ -55,21 +55,22 @@ bool RayQuery::enter() {
 }
 
 // Casts the ray against the box of a leaf and then against its shapes, and writes the first touch.
-bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const {
-  RayTouch box;
-  if (!cast_ray(ray, one.box(leaf), &box)) return false;
-  *out = box;
+bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, const BoxAos& box,
+                    RayTouch* out) const {
+  RayTouch at_box;
+  if (!cast_ray(ray, box, &at_box)) return false;
+  *out = at_box;
   if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
   const LeafShapes shapes = shapes_of(run_, one, leaf);
   LocalRay in_box = ray;  // half spaces begin where the box does
-  in_box.begin = box.at;
+  in_box.begin = at_box.at;
   bool touches = false;
   for (const ConvexShape& shape : shapes.shapes) {
     RayTouch touch;
     const bool is_half_space = shape.kind == ConvexKind::kHalfSpace;
     if (!cast_ray(is_half_space ? in_box : ray, shape, shapes.at, &touch)) continue;
-    if (is_half_space && touch.inside) touch = box;
+    if (is_half_space && touch.inside) touch = at_box;
     if (!touches || touch.at < out->at) *out = touch;
     touches = true;
   }
@@ -95,9 +96,9 @@ void RayQuery::set_end(Local& local) const {
   local.ray.end = std::min(length_, most) - local.nearest;
 }
 
-void RayQuery::test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf) {
+void RayQuery::test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf, const BoxAos& box) {
   RayTouch touch;
-  if (!cast(one, local.ray, leaf, &touch)) return;
+  if (!cast(one, local.ray, leaf, box, &touch)) return;
   const Double3 point = touch.inside ? Double3{0, 0, 0} : touch.point + local.to;
   hits_.add(one, leaf, static_cast<float>(std::max(local.nearest + touch.at, 0.0)), floats(point), floats(touch.normal),
             touch.inside);
@@ -119,7 +120,7 @@ void RayQuery::test(const PosedInstance& one) {
       run_, one, [&](const BoxTile& boxes, float* entry) { return run_.frame.kernels.ray_boxes(boxes, lanes, entry); },
       [&](float entry) { return entry > lanes.end; },
       [&](std::uint32_t leaf) {
-        test_leaf(one, local, leaf);
+        test_leaf(one, local, leaf, one.box(leaf));
         lanes.end = float_above(ray.end);
       },
       [&] { return hits_.is_done(); });
@@ -132,28 +133,35 @@ void RayQuery::finish(kernel::RaySearch& search) {
   finish_search(run_, run_.frame.kernels.search_rays, query_, search, hits_,
                 [this](const PosedInstance& one, std::uint32_t leaf) {
                   Local local = at_instance(one);
-                  test_leaf(one, local, leaf);
+                  test_leaf(one, local, leaf, one.box(leaf));
                 });
+}
+
+void RayQuery::finish(PastRay& ray) {
+  kernel::RaySearch& search = ray.search;
+  direction_ = {search.along[0], search.along[1], search.along[2]};
+  if (search.any && search.is_met) hits_.set_found();
+  std::sort(ray.met, ray.met + ray.met_count, [](const PastLeaf& x, const PastLeaf& y) {
+    return std::make_tuple(x.entry, x.slot, x.instance, x.leaf) < std::make_tuple(y.entry, y.slot, y.instance, y.leaf);
+  });
+  for (const PastLeaf* leaf = ray.met; leaf != ray.met + ray.met_count && !hits_.is_done(); ++leaf) {
+    if (static_cast<double>(leaf->entry) > search.end) break;
+    ++run_.own.stats.leaf_tests;
+    const InstanceBatch& batch = run_.frame.batch(leaf->slot);
+    const PosedInstance one = {
+        &batch, leaf->slot, leaf->instance, 0, nullptr, 0, {leaf->apart[0], leaf->apart[1], leaf->apart[2]}};
+    Local local = at_instance(one);
+    test_leaf(one, local, leaf->leaf, leaf->box);
+    if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
+  }
+  hits_.finish();
 }
 
 namespace {
 
-// Takes the rays to the run's index.
-void enter(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RayTile& tile) {
-  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const Query& query = run.job.queries[numbers[lane < numbers.size ? lane : 0]];
-    for (int c = 0; c < 3; ++c) {
-      tile.position[c][lane] = query.position[c];
-      tile.direction[c][lane] = static_cast<double>(query.direction[c]);
-    }
-    tile.length[lane] = static_cast<double>(query.length);
-    tile.radius[lane] = static_cast<double>(query.radius);
-  }
-  run.frame.kernels.enter_rays(run.index.center, run.index.scale, tile);
-}
-
 void begin_search(const QueryRun& run, const Query& query, const kernel::RayTile& entering, std::uint32_t lane,
                   kernel::RaySearch& out) {
+  out.stop = entering.enters >> lane & 1 ? kernel::SearchStop::kGoesOn : kernel::SearchStop::kEnd;
   out.filter = filter_of(query);
   for (int c = 0; c < 3; ++c) {
     out.lanes.above[c] = entering.above[c][lane];
@@ -164,13 +172,12 @@ void begin_search(const QueryRun& run, const Query& query, const kernel::RayTile
   out.lanes.begin = 0;
   out.lanes.end = entering.end[lane];
   out.entered = entering.entered[lane];
-  out.scale = run.index.scale;
+  out.scale = entering.scale[lane];
   out.unit = std::min(1 / out.scale, std::numeric_limits<double>::max());
   out.radius = entering.radius[lane];
   out.end = entering.length[lane];
   out.box_decides = run.job.exact == Exact::kNone && query.want != QueryWant::kAll;
   out.any = query.want == QueryWant::kAny;
-  if (!(entering.enters >> lane & 1)) out.stop = kernel::SearchStop::kEnd;
 }
 
 // The leaf that a search has met first.
@@ -180,11 +187,31 @@ const kernel::MetLeaf& nearest_met(const kernel::RaySearch& search) {
 
 }  // namespace
 
-void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RaySearch* searches) {
+void begin_searches(const QueryRun& run, Span<const std::uint32_t> numbers, const QueryIndex* const* indexes,
+                    kernel::RaySearch* const* searches) {
   kernel::RayTile entering;
-  enter(run, numbers, entering);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+    const std::uint32_t of = lane < numbers.size ? lane : 0;
+    const Query& query = run.job.queries[numbers[of]];
+    for (int c = 0; c < 3; ++c) {
+      entering.center[c][lane] = indexes[of]->center[c];
+      entering.position[c][lane] = query.position[c];
+      entering.direction[c][lane] = static_cast<double>(query.direction[c]);
+    }
+    entering.scale[lane] = indexes[of]->scale;
+    entering.length[lane] = static_cast<double>(query.length);
+    entering.radius[lane] = static_cast<double>(query.radius);
+  }
+  run.frame.kernels.enter_rays(entering);
   for (std::uint32_t i = 0; i < numbers.size; ++i)
-    begin_search(run, run.job.queries[numbers[i]], entering, i, searches[i]);
+    begin_search(run, run.job.queries[numbers[i]], entering, i, *searches[i]);
+}
+
+void search_together(const QueryRun& run, Span<const std::uint32_t> numbers, kernel::RaySearch* searches) {
+  const QueryIndex* indexes[kLanes];
+  kernel::RaySearch* each[kLanes];
+  for (std::uint32_t i = 0; i < numbers.size; ++i) indexes[i] = &run.index, each[i] = searches + i;
+  begin_searches(run, numbers, indexes, each);
   search_by_turns(run, run.frame.kernels.search_rays, searches, static_cast<std::uint32_t>(numbers.size));
 }
 

@@ -16,6 +16,9 @@ class RayQuery {
   // Finds the links that are wanted of the job's inputs, by what is left of a search.
   void finish(kernel::RaySearch& search);
 
+  // Finds the first link of the job's histories among the leaves that a search has met.
+  void finish(PastRay& ray);
+
   // A probe of histories.
   bool enter();
   bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {
@@ -36,8 +39,8 @@ class RayQuery {
   void shorten();
   Local at_instance(const PosedInstance& one) const;
   void set_end(Local& local) const;
-  bool cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, RayTouch* out) const;
-  void test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf);
+  bool cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, const BoxAos& box, RayTouch* out) const;
+  void test_leaf(const PosedInstance& one, Local& local, std::uint32_t leaf, const BoxAos& box);
 
   const QueryRun& run_;
   const Query& query_;
@@ -47,6 +50,11 @@ class RayQuery {
   double entered_ = 0;  // the parameter at which it enters the index, in the index's scale
   kernel::RayLanes lanes_;
 };
+
+// Begins the searches for rays, one to sixteen, each in an index of its own. indexes, searches: as many as numbers,
+// which are those of the queries.
+void begin_searches(const QueryRun& run, Span<const std::uint32_t> numbers, const QueryIndex* const* indexes,
+                    kernel::RaySearch* const* searches);
 
 // Searches for rays, one to sixteen, by turns, until each search has ended or has met leaves that have to be tested
 // before it goes on. numbers: of the queries. searches: as many, which are begun.

@@ -2,6 +2,7 @@
 #include "engine/broad_phase/world_bounds.h"
 #include "engine/broad_phase/z_order.h"
 #include "engine/queries/past.h"
+#include "engine/queries/past_rays.h"
 #include "engine/queries/query_indexes.h"
 #include "engine/queries/sphere_query.h"
 #include "engine/queries/validate_queries.h"
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 
 namespace cab {
 namespace {
@@ -23,7 +25,7 @@ namespace {
 constexpr std::uint32_t kTilesPerTask = 8;
 
 // A worker takes so many tasks of a chunk, unless they would have fewer or more queries than this.
-constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = 64;
+constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = HistoryMemory::kMostRays;
 constexpr std::uint32_t kPrefetched = 12;  // how many queries ahead one is prefetched
 
 // Queries are put in order along the curve if a chunk has more than this.
@@ -210,6 +212,7 @@ struct Collected {
 struct Begun {
   kernel::RaySearch* ray = nullptr;
   kernel::PointSearch* point = nullptr;
+  PastRay* past = nullptr;
 };
 
 // Finds the links of the job's inputs that a query wants.
@@ -264,7 +267,9 @@ QueryResult answer(const QueryRun& run, std::size_t number, HitBuffer buffer, Co
   LinkHits hits(run, query, static_cast<std::uint32_t>(number), buffer);
   const auto at = static_cast<std::uint32_t>(number);
   if (query.time == kNow || run.asks_static) search(run, query, at, begun, hits);
-  if (query.time != kNow && collected.is_collected)
+  if (begun.past)
+    RayQuery(run, query, hits).finish(*begun.past);
+  else if (query.time != kNow && collected.is_collected)
     collected.at = test_candidates(run, at, collected.at, hits);
   else if (query.time != kNow && !run.asked.empty())
     answer_alone(run, at, hits);
@@ -273,14 +278,19 @@ QueryResult answer(const QueryRun& run, std::size_t number, HitBuffer buffer, Co
   return {0, 0, static_cast<std::uint32_t>(buffer.count()), 0, buffer.is_complete(), hits.is_found()};
 }
 
-// Puts the queries of a chunk in the order of the index's curve, so that those that follow each other meet the same
-// instances.
+// Puts the queries of a chunk in an order in which those that follow each other read the same: of now in the order of
+// the index's curve, and before them those about the past in the order of their times.
 void order_queries(const Chunk& chunk) {
   const QueryIndex& index = chunk.index;
-  const bool is_ordered = chunk.count > kQueriesInAnyOrder && index.levels > 0;
+  const bool is_ordered = chunk.count > kQueriesInAnyOrder && (index.levels > 0 || chunk.past);
+  const Span<const StoredHistory* const> asked = chunk.run(0).asked;
+  const auto key_of = [&](const Query& query) {
+    if (query.time != kNow) return asked.empty() ? 0 : time_key(*asked[0], query.time);
+    return index.levels > 0 ? kTimeKeys + curve_key(index, query.position) / 2 : 0;
+  };
   chunk.pool.tasks->for_each(chunk.task_count(), [&](std::uint32_t task, std::uint32_t) {
     for (std::uint32_t i = chunk.begin_of(task); i < chunk.begin_of(task + 1); ++i)
-      chunk.memory.order[i] = {is_ordered ? curve_key(index, chunk.job.queries[chunk.first + i].position) : 0, i};
+      chunk.memory.order[i] = {is_ordered ? key_of(chunk.job.queries[chunk.first + i]) : 0, i};
   });
   if (is_ordered) sort_by_key({chunk.memory.order.data, chunk.count}, {chunk.memory.other_order.data, chunk.count});
 }
@@ -376,20 +386,39 @@ std::uint32_t answer_points(const Chunk& chunk, const QueryRun& run, std::uint32
   return points.count;
 }
 
-// Answers the queries of one task: first the instances of the past are collected and posed that as many of them meet as
-// there is room for, then these queries are answered one after the other.
+// Searches the histories for the rays of a task. In every other place nothing is known.
+void search_past_rays(const Chunk& chunk, const QueryRun& run, std::uint32_t begin, std::uint32_t end) {
+  PastRay* rays[kMostQueriesPerTask];
+  std::uint32_t count = 0;
+  for (std::uint32_t place = begin; place < end; ++place) {
+    PastRay& ray = run.past->rays[place - begin];
+    ray.query = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place].number);
+    ray.is_known = false;
+    if (is_past_ray(run, chunk.job.queries[ray.query])) rays[count++] = &ray;
+  }
+  search_past(run, rays, count);
+}
+
+// Answers the queries of one task: first histories are searched for the rays, then the instances of the past are
+// collected and posed that as many of the others meet as there is room for, and these queries are answered one after
+// the other.
 void answer_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
   const QueryRun run = chunk.run(w);
   const Timed timed(run.own.stats.seconds_search);
-  const std::uint32_t end = chunk.begin_of(task + 1);
-  for (std::uint32_t begin = chunk.begin_of(task); begin < end;) {
+  const std::uint32_t first = chunk.begin_of(task), end = chunk.begin_of(task + 1);
+  if (!run.asked.empty()) search_past_rays(chunk, run, first, end);
+  const auto past_ray = [&](std::uint32_t place) {
+    PastRay* const ray = run.asked.empty() ? nullptr : &run.past->rays[place - first];
+    return ray && ray->is_known ? ray : nullptr;
+  };
+  for (std::uint32_t begin = first; begin < end;) {
     Collected collected;
     std::uint32_t last = end;
     if (!run.asked.empty()) {
       clear_candidates(*run.past);
       const auto fits = [&](std::uint32_t place) {
         const auto number = static_cast<std::uint32_t>(chunk.first + chunk.memory.order[place].number);
-        return chunk.job.queries[number].time == kNow || collect_candidates(run, number);
+        return chunk.job.queries[number].time == kNow || past_ray(place) || collect_candidates(run, number);
       };
       for (last = begin; last < end && fits(last);) ++last;
       pose_candidates(run);
@@ -399,7 +428,7 @@ void answer_task(const Chunk& chunk, std::uint32_t task, std::uint32_t w) {
     while (begin < last) {
       std::uint32_t answered = answer_rays(chunk, run, begin, last, w, collected);
       if (answered == 0) answered = answer_points(chunk, run, begin, last, w, collected);
-      if (answered == 0) answer_in_order(chunk, run, begin, w, collected);
+      if (answered == 0) answer_in_order(chunk, run, begin, w, collected, {nullptr, nullptr, past_ray(begin)});
       begin += std::max(answered, 1u);
     }
   }
@@ -561,16 +590,26 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   Policies policies;
   policies.exact = job.exact;
   const FrameContext frame = call.context(policies, 0);
-  IndexLease lease(*engine.query_indexes, {frame_of(engine, call, job), frame.batches, given, job.queries});
-  if (lease.is_to_make()) {
-    make_index(engine, call, frame, job, lease.index_to_make());
-    lease.finish();
+  const bool asks_inputs =
+      asks_static || job.histories.empty() ||
+      std::any_of(job.queries.begin(), job.queries.end(), [](const Query& query) { return query.time == kNow; });
+  static const QueryIndex kNobody;
+  const QueryIndex* index = &kNobody;
+  std::optional<IndexLease> lease;
+  if (asks_inputs) {
+    lease.emplace(*engine.query_indexes,
+                  IndexWanted{frame_of(engine, call, job), frame.batches, given, job.queries});
+    if (lease->is_to_make()) {
+      make_index(engine, call, frame, job, lease->index_to_make());
+      lease->finish();
+    }
+    if (memory.posed_of != lease->serial())
+      for (const auto& worker : memory.workers) forget_clusters(worker->posed);
+    memory.posed_of = lease->serial();
+    index = &lease->index();
   }
-  if (memory.posed_of != lease.serial())
-    for (const auto& worker : memory.workers) forget_clusters(worker->posed);
-  memory.posed_of = lease.serial();
   job.hits_needed = 0;
-  run_chunks(frame, lease.index(), reader, links_are_leaves, asks_static, job);
+  run_chunks(frame, *index, reader, links_are_leaves, asks_static, job);
   const bool is_written = job.hits_needed <= room_of(job);
   const Status status = is_written || output_of(job) == Output::kCounts ? Status::kOk : Status::kHitsOverflow;
   job.hit_count = is_written ? job.hits_needed : 0;

@@ -85,6 +85,17 @@ inline bool is_in_reach(const double (&apart)[3]) {
          std::fabs(apart[2]) <= kMaxQueryCoordinate;
 }
 
+// One box of sixteen.
+inline BoxAos lane_box(const BoxTile& tile, std::uint32_t lane) {
+  BoxAos out;
+  for (int c = 0; c < 3; ++c) {
+    out.center[c] = tile.center[c][lane];
+    out.half[c] = tile.half[c][lane];
+    for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = tile.axis[k][c][lane];
+  }
+  return out;
+}
+
 // An instance whose leaf boxes are posed.
 struct PosedInstance {
   const InstanceBatch* batch;
@@ -95,17 +106,7 @@ struct PosedInstance {
   double apart[3];                  // its origin less the query's position
   const PastPlace* past = nullptr;  // null: it is posed by the job's inputs
 
-  BoxAos box(std::uint32_t leaf) const {
-    const BoxTile& tile = boxes[leaf / kLanes];
-    const std::uint32_t lane = leaf % kLanes;
-    BoxAos out;
-    for (int c = 0; c < 3; ++c) {
-      out.center[c] = tile.center[c][lane];
-      out.half[c] = tile.half[c][lane];
-      for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = tile.axis[k][c][lane];
-    }
-    return out;
-  }
+  BoxAos box(std::uint32_t leaf) const { return lane_box(boxes[leaf / kLanes], leaf % kLanes); }
 };
 
 // The exact shapes of a leaf, posed.

@@ -52,17 +52,19 @@ TEST_CASE("rays enter an index with the same bits on every instruction set, at i
     kernel::RayTile tile;
     std::memset(static_cast<void*>(&tile), 0, sizeof(tile));
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      set_lane({center[0], center[1], center[2]}, lane, tile.center);
+      tile.scale[lane] = scale;
       set_lane(any_vector(random), lane, tile.position);
       set_lane(any_vector(random), lane, tile.direction);
       tile.length[lane] = random.chance(0.2) ? HUGE_VAL : any_length(random);
       tile.radius[lane] = random.chance(0.5) ? 0 : any_length(random);
     }
     kernel::RayTile first = tile;
-    available_kernels().front()->enter_rays(center, scale, first);
+    available_kernels().front()->enter_rays(first);
     for (const kernel::KernelTable* const table : available_kernels()) {
       CAPTURE(name_of(*table));
       kernel::RayTile out = tile;
-      table->enter_rays(center, scale, out);
+      table->enter_rays(out);
       CHECK(same_bytes(out, first));
     }
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {

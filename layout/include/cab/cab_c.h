@@ -1407,7 +1407,9 @@ typedef struct cab_QueryStats {
   uint64_t leaf_tests;        // leaves that a query may meet, by their boxes or bounds in float
   uint64_t exact_tests;       // of those the ones whose exact shapes were tested
   uint64_t instances_posed;   // how often instances were posed for tests; depends on the threads
-  uint64_t instances_masked;  // instances that took no part (cab_InstanceFlag says why); 0 with reuse_bounds
+  // Instances of inputs that took no part (cab_InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
+  // inputs.
+  uint64_t instances_masked;
   uint64_t clamped;           // how often a query's time was before or after all that a history has
   double seconds_bound;       // posing instances for their bounds
   double seconds_index;       // making the index

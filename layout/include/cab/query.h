@@ -162,7 +162,9 @@ struct QueryStats {
   std::uint64_t leaf_tests = 0;        // leaves that a query may meet, by their boxes or bounds in float
   std::uint64_t exact_tests = 0;       // of those the ones whose exact shapes were tested
   std::uint64_t instances_posed = 0;   // how often instances were posed for tests; depends on the threads
-  std::uint64_t instances_masked = 0;  // instances that took no part (InstanceFlag says why); 0 with reuse_bounds
+  // Instances of inputs that took no part (InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
+  // inputs.
+  std::uint64_t instances_masked = 0;
   std::uint64_t clamped = 0;           // how often a query's time was before or after all that a history has
   double seconds_bound = 0;            // posing instances for their bounds
   double seconds_index = 0;            // making the index

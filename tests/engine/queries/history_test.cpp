@@ -816,6 +816,46 @@ TEST_CASE("history: a query that meets more instances than are posed together is
   CHECK(same_hits(past.hits, ask(*engine, {poses[1].input(batch)}, {}, about, Exact::kNone).hits));
 }
 
+TEST_CASE("history: a ray that begins inside many links of several players finds the first of them") {
+  Random random(11);
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves.assign(20, {0, kUnitBox, {}});
+  const EnginePtr engine = make_engine();
+  constexpr std::uint32_t kCount = 40;
+  const BatchId batch = add_instances(*engine, add_rig(*engine, rig), kCount);
+  ReserveDesc room;
+  room.queries = 64;
+  require(reserve(*engine, room));
+  HistoryDesc desc;
+  desc.batch = batch;
+  desc.ticks = 2;
+  HistoryId history;
+  require(add_history(*engine, desc, &history));
+  PoseRange range;
+  range.spread = 0.2;  // all of them overlap
+  range.origins = true;
+  rig.parent_offset = {Vec3<double>{}};
+  const Poses poses = random_poses(random, rig, kCount, PoseFormat::kQuaternionTranslation, range);
+  require(record_tick(*engine, history, poses.input(batch), 1));
+  RandomQueries about;
+  for (int i = 0; i < 40; ++i) {
+    Query& query = about.queries.emplace_back();
+    query.want = i % 4 == 3 ? QueryWant::kAny : QueryWant::kClosest;
+    query.direction[i % 3] = 1;
+    query.position[i % 3] = i % 2 ? 0 : -10;
+    query.length = 100;
+    query.time = i % 5 ? 1 : 0;  // before the first moment
+  }
+  const Answer past = ask(*engine, {}, {history}, about, Exact::kNone);
+  CHECK(past.stats.clamped == 8);
+  for (Query& query : about.queries) query.time = kNow;
+  const Answer now = ask(*engine, {poses.input(batch)}, {}, about, Exact::kNone);
+  CHECK(past.hits.size() == 30);
+  CHECK(same_hits(past.hits, now.hits));
+  CHECK(past.found == now.found);
+}
+
 TEST_CASE("history: neither recording nor asking takes memory, and what a history takes is counted and given back") {
   struct Counter {
     std::uint64_t calls = 0;
