@@ -15,8 +15,9 @@ CAB_INLINE SearchStop take_turn(const SearchedIndex& index, Search& search) {
     if (cluster.generation != index.generation) return SearchStop::kPose;
     double apart[3];
     if (looks_at<V>(index, search.filter, cluster, way.at.lane, apart)) {
+      way.tested += !way.is_counted;
+      way.is_counted = true;
       const SearchStop stop = test_leaves<V>(cluster, apart, search);
-      way.tested += stop == SearchStop::kEnd || !way.is_within;
       if (stop != SearchStop::kGoesOn) return stop;
     }
   }
@@ -25,6 +26,7 @@ CAB_INLINE SearchStop take_turn(const SearchedIndex& index, Search& search) {
           ReadAhead{index}, way.walk, &way.at))
     return SearchStop::kEnd;
   way.is_within = true;
+  way.is_counted = false;
   way.tile = 0;
   read_ahead(index, way.at);
   return SearchStop::kGoesOn;

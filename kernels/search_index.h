@@ -53,6 +53,7 @@ struct SearchWay {
   IndexWalk walk;
   MetBounds at = {};         // the instance
   bool is_within = false;    // whether `at` is to be tested, or gone on with
+  bool is_counted = false;   // whether `tested` has it
   std::uint32_t tile = 0;    // of its leaves, sixteen each
   std::uint64_t tested = 0;  // how many instances were
 };

@@ -183,7 +183,7 @@ inline constexpr double kHistoryPad = 0x1p-14;
 inline constexpr double kHistoryOriginPad = 0x1p-49;
 
 // How far they grow is computed in float: the cosine of half an angle may be off by 16 u, and all else by 64 u of
-// itself; step 13.5: 9 u, and 20 u.
+// itself; step 13.5: 11.5 u, and 30 u.
 inline constexpr float kHistoryCosine = 0x1p-20f;
 inline constexpr float kHistoryRounding = 1 + 0x1p-18f;
 

@@ -9,8 +9,8 @@ namespace cab {
 namespace {
 
 // Counts what some queries gain by an index whose instances are halved, and returns the arrangement that pays for all
-// that were counted. To halve instances takes as long as half as many rays save by it, and a point saves what three rays
-// do.
+// that were counted. To halve instances takes as long as half as many rays save by it. A point saves as much as three
+// rays.
 Arrangement arrangement_for(const IndexWanted& wanted, std::size_t& gain) {
   const std::size_t price = std::max<std::size_t>(256, wanted.instances / 2);
   for (std::size_t i = 0; i < wanted.queries.size && gain <= price; ++i)
@@ -54,34 +54,42 @@ void add_query_index(QueryIndexes& indexes, const MemoryNeeds& needs, const Allo
 
 IndexLease::IndexLease(QueryIndexes& indexes, const IndexWanted& wanted) : indexes_(indexes) {
   const std::lock_guard lock(indexes.mutex);
-  if (indexes.of_frame != wanted.of_frame) indexes.gain = 0;
-  indexes.of_frame = wanted.of_frame;
-  std::size_t gain = wanted.of_frame ? indexes.gain : 0;
-  arrangement_ = arrangement_for(wanted, gain);
-  if (wanted.of_frame) indexes.gain = gain;
+  std::size_t gain_alone = 0;
+  if (wanted.of_frame && indexes.of_frame != wanted.of_frame) {
+    indexes.of_frame = wanted.of_frame;
+    indexes.gain = 0;
+  }
+  Arrangement arrangement = arrangement_for(wanted, wanted.of_frame ? indexes.gain : gain_alone);
   bool is_being_made = false;  // one that is arranged as wanted
   for (const auto& stored : indexes.all) {
     if (!is_of(*stored, wanted)) continue;
     if (!stored->is_made)
-      is_being_made = is_being_made || stored->index.arrangement >= arrangement_;
+      is_being_made = is_being_made || stored->index.arrangement >= arrangement;
     else if (!stored_ || stored->index.arrangement > stored_->index.arrangement)
       stored_ = stored.get();
   }
-  if (stored_ && (is_being_made || stored_->index.arrangement >= arrangement_)) {
+  if (stored_ && (is_being_made || stored_->index.arrangement >= arrangement)) {
     ++stored_->users;
     return;
   }
-  // One that nobody has, if there is one then of another frame. This call has no other, so there is one.
+  // Of those that nobody has the oldest, but one of the last frame only if there is no other. This call has none yet,
+  // so there is one.
+  const auto is_needed = [&](const StoredIndex& stored) {
+    return stored.is_made && stored.index.of_frame != 0 && stored.index.of_frame == indexes.of_frame;
+  };
+  const auto goes_before = [&](const StoredIndex& a, const StoredIndex& b) {
+    return is_needed(a) != is_needed(b) ? is_needed(b) : a.serial < b.serial;
+  };
   stored_ = nullptr;
   for (const auto& stored : indexes.all)
-    if (stored->users == 0 && (!stored_ || !is_of(*stored, wanted))) stored_ = stored.get();
-  if (is_being_made) arrangement_ = Arrangement::kOnCurve;
+    if (stored->users == 0 && (!stored_ || goes_before(*stored, *stored_))) stored_ = stored.get();
+  if (is_being_made) arrangement = Arrangement::kOnCurve;
   is_to_make_ = true;
   stored_->users = 1;
   stored_->is_made = false;
   stored_->serial = ++indexes.serial;
   stored_->index.of_frame = wanted.of_frame;
-  stored_->index.arrangement = arrangement_;
+  stored_->index.arrangement = arrangement;
   for (std::uint32_t slot = 0; slot < wanted.batches.size; ++slot)
     stored_->index.given[slot] = given_of(wanted.batches[slot]->batch);
 }

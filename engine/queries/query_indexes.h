@@ -50,9 +50,8 @@ class IndexLease {
   IndexLease(const IndexLease&) = delete;
   IndexLease& operator=(const IndexLease&) = delete;
 
-  // Whether the call has to make the index, arranged like this, and to call finish() then.
+  // Whether the call has to make the index, arranged as it says, and to call finish() then.
   bool is_to_make() const { return is_to_make_; }
-  Arrangement arrangement() const { return arrangement_; }
   QueryIndex& index_to_make() { return stored_->index; }
   void finish();
 
@@ -62,7 +61,6 @@ class IndexLease {
  private:
   QueryIndexes& indexes_;
   StoredIndex* stored_ = nullptr;
-  Arrangement arrangement_ = Arrangement::kOnCurve;
   bool is_to_make_ = false;
 };
 

@@ -153,6 +153,27 @@ void make_index(const Engine& engine, Call& call, const FrameContext& frame, con
   build_index(frame.batches, pool, index);
 }
 
+// The index that the queries of a job search, made if there is none. Empty if they ask no inputs. given: how many
+// instances are.
+const QueryIndex& index_for(Engine& engine, Call& call, const FrameContext& frame, const QueryJob& job,
+                            std::size_t given, bool asks_static, std::optional<IndexLease>& lease) {
+  static const QueryIndex kEmpty;
+  const bool asks_inputs =
+      asks_static || job.histories.empty() ||
+      std::any_of(job.queries.begin(), job.queries.end(), [](const Query& query) { return query.time == kNow; });
+  if (!asks_inputs) return kEmpty;
+  lease.emplace(*engine.query_indexes, IndexWanted{frame_of(engine, call, job), frame.batches, given, job.queries});
+  if (lease->is_to_make()) {
+    make_index(engine, call, frame, job, lease->index_to_make());
+    lease->finish();
+  }
+  QueryMemory& memory = *call.reader().queries;
+  if (memory.posed_of != lease->serial())
+    for (const auto& worker : memory.workers) forget_clusters(worker->posed);
+  memory.posed_of = lease->serial();
+  return lease->index();
+}
+
 // -------------------------------------------------------------------------------------------------------- queries
 
 // What becomes of the hits of a job.
@@ -163,7 +184,7 @@ Output output_of(const QueryJob& job) {
   return job.hits.size || job.counts.empty() ? Output::kHits : Output::kCounts;
 }
 
-// How many of them there is room for. None are written where they are counted.
+// How many hits the job's list has room for. None are written where they are counted.
 std::size_t room_of(const QueryJob& job) { return job.hits.size + job.links.size; }
 
 // The queries of a job from `first` on that are answered together.
@@ -325,11 +346,13 @@ void answer_in_order(const Chunk& chunk, const QueryRun& run, std::uint32_t plac
     if (result.is_stored) found.size += result.tiles;
     return;
   }
-  const std::size_t room = output_of(chunk.job) == Output::kCounts ? 0 : hits.capacity - hits.size;
-  const HitBuffer buffer({hits.end(), room}, wanted_by(chunk.job.queries[chunk.first + query]));
+  // Where hits are counted they are stored for no longer than it takes to leave out what is farther.
+  const bool is_counted = output_of(chunk.job) == Output::kCounts;
+  const std::size_t room = hits.capacity - hits.size, wanted = wanted_by(chunk.job.queries[chunk.first + query]);
+  const HitBuffer buffer({hits.end(), is_counted && wanted > room ? 0 : room}, wanted);
   const QueryResult result = answer(run, chunk.first + query, buffer, collected, begun);
   keep_result(chunk, query, w, hits.size, result);
-  if (result.is_stored) hits.size += result.count;
+  if (result.is_stored && !is_counted) hits.size += result.count;
 }
 
 // The numbers of the queries from a place of the order on that are searched for together: up to another query, or as
@@ -590,26 +613,10 @@ Status run_queries(Engine& engine, QueryJob& job) noexcept try {
   Policies policies;
   policies.exact = job.exact;
   const FrameContext frame = call.context(policies, 0);
-  const bool asks_inputs =
-      asks_static || job.histories.empty() ||
-      std::any_of(job.queries.begin(), job.queries.end(), [](const Query& query) { return query.time == kNow; });
-  static const QueryIndex kNobody;
-  const QueryIndex* index = &kNobody;
   std::optional<IndexLease> lease;
-  if (asks_inputs) {
-    lease.emplace(*engine.query_indexes,
-                  IndexWanted{frame_of(engine, call, job), frame.batches, given, job.queries});
-    if (lease->is_to_make()) {
-      make_index(engine, call, frame, job, lease->index_to_make());
-      lease->finish();
-    }
-    if (memory.posed_of != lease->serial())
-      for (const auto& worker : memory.workers) forget_clusters(worker->posed);
-    memory.posed_of = lease->serial();
-    index = &lease->index();
-  }
+  const QueryIndex& index = index_for(engine, call, frame, job, given, asks_static, lease);
   job.hits_needed = 0;
-  run_chunks(frame, *index, reader, links_are_leaves, asks_static, job);
+  run_chunks(frame, index, reader, links_are_leaves, asks_static, job);
   const bool is_written = job.hits_needed <= room_of(job);
   const Status status = is_written || output_of(job) == Output::kCounts ? Status::kOk : Status::kHitsOverflow;
   job.hit_count = is_written ? job.hits_needed : 0;

@@ -44,7 +44,7 @@ struct MemoryNeeds {
   std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
   std::size_t character_instances = 0;  // over all batches of characters
   std::size_t character_nodes = 0;      // of the largest character
-  std::size_t leaf_tiles = 0;           // of sixteen leaves of an instance each, over all batches of characters
+  std::size_t leaf_tiles = 0;           // of sixteen leaves, over all instances of characters
   std::size_t leaf_bounds_floats = 0;   // of an instance of the character with most leaves
   std::size_t character_tiles = 0;      // over all batches of characters
   std::size_t batch_slots = 0;          // in use or not

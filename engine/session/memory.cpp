@@ -237,13 +237,12 @@ Reader& add_reader(Engine& engine) {
   made->own_pool.workers.push_back(make_worker(engine.allocator));
   size_for_reads(made->own_pool[0], engine.sized);
   size_reader(engine, *made);
-  if (first.queries) {
-    made->queries = make_query_memory(engine.sized, 1, engine.allocator);
-    add_query_index(*engine.query_indexes, engine.sized, engine.allocator);
-  }
+  if (first.queries) made->queries = make_query_memory(engine.sized, 1, engine.allocator);
   if (first.past) made->past = make_history_memory(*first.past, engine.histories.size(), engine.allocator);
   made->in_use = true;
   const std::lock_guard lock(engine.holders.mutex);
+  engine.readers.reserve(engine.readers.size() + 1);
+  if (first.queries) add_query_index(*engine.query_indexes, engine.sized, engine.allocator);
   engine.readers.push_back(std::move(made));
   return *engine.readers.back();
 }

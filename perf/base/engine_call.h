@@ -30,8 +30,6 @@ Status run_with_room(Job& job, std::vector<Found>& hits, std::vector<Contact>* c
   const auto run_once = [&] {
     if constexpr (std::is_same_v<Found, QueryLink>)
       job.links = hits;
-    else if constexpr (std::is_same_v<Found, QueryLink>)
-      job.links = hits;
     else
       job.hits = hits;
     if constexpr (std::is_same_v<Job, FrameJob>)

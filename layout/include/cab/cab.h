@@ -232,8 +232,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes room.
 // Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
 // neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
-// is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and
-// kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
+// or counts is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks);
+// and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 

@@ -434,8 +434,10 @@ enum {
   CAB_STATUS_EXACT_NOT_BUILT = 52,        // policies asks for an exact test that this build of the library lacks
   CAB_STATUS_BAD_REPORT = 53,             // report is not a value of Report
   CAB_STATUS_BAD_MARGIN = 54,             // margin must be finite, not negative and at most 1e18
-  CAB_STATUS_BAD_MIN_DEPTH = 55,   // min_depth must be finite, not negative, and 0 if only in_contact is reported
-  CAB_STATUS_BAD_HIT_BUFFER = 56,  // hits has a size and no data, or contacts is not as long as hits where it must be
+  CAB_STATUS_BAD_MIN_DEPTH = 55,  // min_depth must be finite, not negative, and 0 if only in_contact is reported
+  // hits or links has a size and no data, both have a size, or contacts is not as long as hits
+  CAB_STATUS_BAD_HIT_BUFFER = 56,
+  // where it must be
   CAB_STATUS_CONTACTS_NEED_EXACT = 57,  // contacts, distances and min_depth need an exact test, such as convex
   CAB_STATUS_LOD_WITHOUT_SHAPES = 58,   // an exact test needs shapes, but a batch with input is of a level of nodes
   CAB_STATUS_BAD_INSTANCE = 59,         // instance is not one of the batch's instances in this call
@@ -1399,30 +1401,30 @@ typedef struct cab_QueryLink {
   uint16_t leaf;        // its nearest leaf, as in cab_QueryHit
 } cab_QueryLink;
 
-// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are
-// sums over threads, except seconds_total.
+// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. With
+// reuse_bounds those of the search depend on which calls came before. Seconds are sums over threads, except
+// seconds_total.
 typedef struct cab_QueryStats {
-  uint64_t nodes;             // nodes of the index that were compared with a query, sixteen bounds at a time
-  uint64_t instances;         // instances whose bounds a query met
-  uint64_t leaf_tests;        // leaves that a query may meet, by their boxes or bounds in float
-  uint64_t exact_tests;       // of those the ones whose exact shapes were tested
-  uint64_t instances_posed;   // how often instances were posed for tests; depends on the threads
+  uint64_t nodes;            // nodes of the index that were compared with a query, sixteen bounds at a time
+  uint64_t instances;        // instances whose bounds a query met
+  uint64_t leaf_tests;       // leaves that a query may meet, by their boxes or bounds in float
+  uint64_t exact_tests;      // of those the ones whose exact shapes were tested
+  uint64_t instances_posed;  // how often instances were posed for tests; depends on the threads
   // Instances of inputs that took no part (cab_InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
   // inputs.
   uint64_t instances_masked;
-  uint64_t clamped;           // how often a query's time was before or after all that a history has
-  double seconds_bound;       // posing instances for their bounds
-  double seconds_index;       // making the index
-  double seconds_search;      // everything that is done per query
-  double seconds_total;       // wall time of the call
+  uint64_t clamped;       // how often a query's time was before or after all that a history has
+  double seconds_bound;   // posing instances for their bounds
+  double seconds_index;   // making the index
+  double seconds_search;  // everything that is done per query
+  double seconds_total;   // wall time of the call
 } cab_QueryStats;
 
 // Many queries at once.
 //
-// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone), which is faster in
-// this order. If the list is too small, cab_run_queries answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size
-// that a second call needs, hit_count is 0, and the contents of the list are unspecified. counts, found and stats are
-// complete.
+// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone). If the list is too
+// small, cab_run_queries answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size that a second call needs,
+// hit_count is 0, and the contents of the list are unspecified. counts, found and stats are complete.
 typedef struct cab_QueryJob {
   // Whose links are asked for: as in cab_FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact
   // not written. Characters only. Empty (default): nothing is found by queries of CAB_NOW.
@@ -1745,7 +1747,7 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a
 // sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
 // CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER,
-// CAB_STATUS_BAD_OUTPUT (found is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
+// CAB_STATUS_BAD_OUTPUT (found or counts is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
 // CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch
 // was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside other reads.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);

@@ -154,29 +154,30 @@ struct QueryLink {
   std::uint16_t leaf;      // its nearest leaf, as in QueryHit
 };
 
-// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. Seconds are
-// sums over threads, except seconds_total.
+// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. With
+// reuse_bounds those of the search depend on which calls came before. Seconds are sums over threads, except
+// seconds_total.
 struct QueryStats {
-  std::uint64_t nodes = 0;             // nodes of the index that were compared with a query, sixteen bounds at a time
-  std::uint64_t instances = 0;         // instances whose bounds a query met
-  std::uint64_t leaf_tests = 0;        // leaves that a query may meet, by their boxes or bounds in float
-  std::uint64_t exact_tests = 0;       // of those the ones whose exact shapes were tested
-  std::uint64_t instances_posed = 0;   // how often instances were posed for tests; depends on the threads
+  std::uint64_t nodes = 0;            // nodes of the index that were compared with a query, sixteen bounds at a time
+  std::uint64_t instances = 0;        // instances whose bounds a query met
+  std::uint64_t leaf_tests = 0;       // leaves that a query may meet, by their boxes or bounds in float
+  std::uint64_t exact_tests = 0;      // of those the ones whose exact shapes were tested
+  std::uint64_t instances_posed = 0;  // how often instances were posed for tests; depends on the threads
   // Instances of inputs that took no part (InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
   // inputs.
   std::uint64_t instances_masked = 0;
-  std::uint64_t clamped = 0;           // how often a query's time was before or after all that a history has
-  double seconds_bound = 0;            // posing instances for their bounds
-  double seconds_index = 0;            // making the index
-  double seconds_search = 0;           // everything that is done per query
-  double seconds_total = 0;            // wall time of the call
+  std::uint64_t clamped = 0;  // how often a query's time was before or after all that a history has
+  double seconds_bound = 0;   // posing instances for their bounds
+  double seconds_index = 0;   // making the index
+  double seconds_search = 0;  // everything that is done per query
+  double seconds_total = 0;   // wall time of the call
 };
 
 // Many queries at once.
 //
-// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone), which is faster in
-// this order. If the list is too small, run_queries answers kHitsOverflow. Then hits_needed is the size that a second
-// call needs, hit_count is 0, and the contents of the list are unspecified. counts, found and stats are complete.
+// A job takes its hits in full (`hits`), as a short list (`links`), or counts them (`counts` alone). If the list is too
+// small, run_queries answers kHitsOverflow. Then hits_needed is the size that a second call needs, hit_count is 0, and
+// the contents of the list are unspecified. counts, found and stats are complete.
 struct QueryJob {
   // Whose links are asked for: as in FrameJob. Margins, bounds and `moved` are not read, and flags and in_contact not
   // written. Characters only. Empty (default): nothing is found by queries of kNow.

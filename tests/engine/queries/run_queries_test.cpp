@@ -222,6 +222,11 @@ struct Answer {
   QueryStats stats;
 };
 
+bool same_counts(const QueryStats& a, const QueryStats& b) {
+  return a.nodes == b.nodes && a.instances == b.instances && a.leaf_tests == b.leaf_tests &&
+         a.exact_tests == b.exact_tests && a.instances_masked == b.instances_masked;
+}
+
 // Checks that the short list of a job's hits and their counts are those of its hits in full.
 void check_short_answers(Engine& engine, QueryJob job, const std::vector<QueryHit>& hits) {
   std::vector<QueryLink> links(hits.size());
@@ -237,12 +242,14 @@ void check_short_answers(Engine& engine, QueryJob job, const std::vector<QueryHi
         return hit.query == link.query && hit.batch == link.batch && hit.instance == link.instance &&
                hit.link == link.link && hit.leaf == link.leaf;
       }));
+  const QueryStats of_links = job.stats;
   job.links = {};
   job.counts = counted;
   CHECK(run_queries(engine, job) == Status::kOk);
   CHECK(job.hits_needed == hits.size());
   CHECK(job.hit_count == 0);
   CHECK(counts == counted);
+  if (!job.reuse_bounds) CHECK(same_counts(job.stats, of_links));
   std::vector<std::uint32_t> expected(job.queries.size);
   for (const QueryHit& hit : hits) ++expected[hit.query];
   CHECK(counts == expected);
@@ -320,11 +327,6 @@ bool same_hits(const std::vector<QueryHit>& a, const std::vector<QueryHit>& b) {
 }
 
 bool same(const Answer& a, const Answer& b) { return a.found == b.found && same_hits(a.hits, b.hits); }
-
-bool same_counts(const QueryStats& a, const QueryStats& b) {
-  return a.nodes == b.nodes && a.instances == b.instances && a.leaf_tests == b.leaf_tests &&
-         a.exact_tests == b.exact_tests && a.instances_masked == b.instances_masked;
-}
 
 constexpr Exact kBoth[] = {Exact::kNone, Exact::kConvex};
 
@@ -686,6 +688,28 @@ TEST_CASE("queries: more hits than a worker keeps are found again, each once") {
             }) == hits.end());
     }
   }
+}
+
+TEST_CASE("queries: an instance of many leaves that a ray meets counts once") {
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves.assign(64, {0, kUnitBox, {}});
+  const EnginePtr engine = make_engine();
+  const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 1);
+  require(reserve(*engine, {0, 0, 1}));
+  const std::vector<float> pose = {0, 0, 0, 1, 0, 0, 0};
+  std::vector<BatchInput> inputs(1);
+  inputs[0].batch = batch;
+  inputs[0].poses.data = pose.data();
+  std::vector<Query> rays(1);
+  rays[0].position[0] = -9;
+  rays[0].direction[0] = 1;
+  rays[0].length = 20;
+  for (const QueryWant want : {QueryWant::kAny, QueryWant::kClosest, QueryWant::kAll})
+    for (const Exact exact : kBoth) {
+      rays[0].want = want;
+      CHECK(ask(*engine, inputs, rays, {}, exact).stats.instances == 1);
+    }
 }
 
 TEST_CASE("queries: large bodies are searched for by as few rays at a time as have room for what they meet") {
