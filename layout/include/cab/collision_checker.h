@@ -1,7 +1,8 @@
 // CollisionChecker: which states of a robot's joints collide, with the robot itself and with what stands around it.
 //
 //   cab::CollisionChecker checker;
-//   status = checker.set_robot(body, kinematics);       // such as desc() and kinematics() of cab::files::Robot
+//   status = checker.set_robot(body, kinematics);       // such as desc() and kinematics() of cab::files::Robot, or of
+//                                                       // cab::AttachedObject: a robot that holds something
 //   status = checker.set_padding(body, lengths);        // if its links are to keep off what stands around
 //   status = checker.add_fixed(table, table_poses);     // as often as there are things around it
 //   status = checker.check(states, answers);            // any number of states, in one call
