@@ -1,4 +1,5 @@
 // States of robots: cab::CollisionChecker, as Python has it.
+#include <cab/attached_object.h>
 #include <cab/collision_checker.h>
 #include <cab/files.h>
 
@@ -10,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/bindings/python/arrays.h"
@@ -48,18 +50,44 @@ EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
 
 class Checker {
  public:
-  // `robot` must outlive this. padding: one length per link, or none.
+  // `robot` must outlive this. padding: one length per link and object, or none. attached: objects as (name, body,
+  // link, pose, links that may be touched).
   Checker(const files::Robot& robot, const BodyData& body, const std::string& isa, std::uint32_t thread_count,
-          float margin, const std::vector<float>& padding)
+          float margin, const std::vector<float>& padding, const py::sequence& attached)
       : variables_(robot.variables().size), checker_(desc_of(isa, thread_count)) {
     require(checker_.status());
+    ArticulationDesc desc = body.desc();
+    KinematicsDesc kinematics = robot.kinematics();
+    std::vector<std::pair<std::string, std::uint32_t>> held;  // names, and the first leaf of each
+    for (const py::handle item : attached) {
+      const auto fields = py::reinterpret_borrow<py::tuple>(item);
+      held.emplace_back("attached '" + fields[0].cast<std::string>() + "'",
+                        static_cast<std::uint32_t>(desc.leaves.size));
+      const auto touch = fields[4].cast<std::vector<std::uint32_t>>();
+      const Span<const double> pose = span_of<const double>(fields[3], {"pose", {7}, "(7,)"});
+      AttachedDesc object;
+      object.link = fields[2].cast<std::uint32_t>();
+      std::copy_n(pose.data, 4, object.rotation);
+      std::copy_n(pose.data + 4, 3, object.translation);
+      object.leaves = fields[1].cast<const BodyData&>().desc().leaves;
+      object.touch_links = touch;
+      const Status status = attached_.set(desc, kinematics, object);
+      // Pairs are those that are given to be ignored: links that may be touched are there.
+      require(status, status == Status::kBadIgnoredPair ? std::string() : held.back().first);
+      desc = attached_.desc();
+      kinematics = attached_.kinematics();
+    }
     std::uint32_t bad_leaf = 0;
-    const Status status = checker_.set_robot(body.desc(), robot.kinematics(), &bad_leaf);
-    require(status, refused(status, bad_leaf));
+    const auto require_robot = [&](Status status) {
+      const std::string words = refused(status, bad_leaf);
+      const auto object =
+          std::find_if(held.rbegin(), held.rend(), [&](const auto& of) { return of.second <= bad_leaf; });
+      if (words.empty() || object == held.rend()) return require(status, words);
+      require(status, object->first + ", " + refused(status, bad_leaf - object->second));
+    };
+    require_robot(checker_.set_robot(desc, kinematics, &bad_leaf));
     checker_.world().job().margin = margin;
-    if (padding.empty()) return;
-    const Status padded = checker_.set_padding(body.desc(), padding, &bad_leaf);
-    require(padded, refused(padded, bad_leaf));
+    if (!padding.empty()) require_robot(checker_.set_padding(desc, padding, &bad_leaf));
   }
 
   void add_fixed(const BodyData& body, const py::object& poses) {
@@ -196,6 +224,7 @@ class Checker {
   std::size_t variables_;
   std::vector<std::unique_ptr<std::vector<float>>> poses_;  // of the fixed bodies
   std::vector<bool> is_points_;                             // by number of what is fixed
+  AttachedObject attached_;                                 // if there are objects: the robot with them
   CollisionChecker checker_;
   std::mutex mutex_;  // never waited for with the interpreter's lock
 };
@@ -208,7 +237,7 @@ void bind_checker(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(Edge, free, colliding, moment);
   py::class_<Checker>(module, "Checker")
       .def(py::init<const files::Robot&, const BodyData&, const std::string&, std::uint32_t, float,
-                    const std::vector<float>&>(),
+                    const std::vector<float>&, const py::sequence&>(),
            py::keep_alive<1, 2>())
       .def("add_fixed", &Checker::add_fixed)
       .def("add_points", &Checker::add_points)

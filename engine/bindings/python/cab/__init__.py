@@ -15,7 +15,7 @@ from typing import List, NamedTuple
 
 from . import _cab
 from ._body import Body, Box, SkinnedBody, fit_box
-from ._checker import EDGE, NEAREST, STATE_HIT, CollisionChecker
+from ._checker import EDGE, NEAREST, STATE_HIT, Attached, CollisionChecker
 from ._clip import CLIP_HIT, DISTANCE, INTERVAL, Clip, intervals_of
 from ._errors import BusyError, Error, FileError, InputError, MaskedWarning, OutOfMemory, UnsupportedError
 from ._files import ALLOWED_COLLISION, MAX_FILE_BYTES, Motion, Robot, Variable, companion_files, load_motion
@@ -70,6 +70,7 @@ __version__ = version()
 __all__ = [
     "ALLOWED_COLLISION",
     "Answers",
+    "Attached",
     "Batch",
     "Body",
     "Box",

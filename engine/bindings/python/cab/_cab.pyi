@@ -81,7 +81,14 @@ class RobotData:
 
 class Checker:
     def __init__(
-        self, robot: RobotData, body: BodyData, isa: str, threads: int, margin: float, padding: Sequence[float]
+        self,
+        robot: RobotData,
+        body: BodyData,
+        isa: str,
+        threads: int,
+        margin: float,
+        padding: Sequence[float],
+        attached: Sequence[Tuple[str, BodyData, int, npt.NDArray[np.float64], List[int]]],
     ) -> None: ...
     def add_fixed(self, body: BodyData, poses: npt.NDArray[np.float32]) -> None: ...
     def add_points(self, points: npt.NDArray[np.float32], radius: float) -> None: ...

@@ -1,6 +1,6 @@
 """Collision checks of robots: which states of the joints collide, and what touches in them."""
 
-from typing import List, Literal, Mapping, Optional, Sequence, Tuple, Union, overload
+from typing import List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
@@ -26,16 +26,69 @@ NEAREST = np.dtype(
 EDGE = np.dtype({"names": ["free", "colliding", "moment"], "formats": ["?", "?", "f8"], "offsets": [0, 1, 8]})
 
 
-def _padding_of(links: Sequence[str], padding: Union[float, Mapping[str, float]]) -> List[float]:
-    """The length of each link; none if no link has one."""
+class Attached(NamedTuple):
+    """A rigid object that a link of a robot holds, for `CollisionChecker`. Lengths are in metres.
+
+    link      name of the link that holds it, or of an object before it in the list.
+    body      its shapes: a body of one link.
+    pose      (7,): quaternion x y z w, of any length, and translation, from the body's frame to that of `link`.
+    touching  names of links that it may touch beside `link`, or of objects before it in the list.
+    name      what `names`, `padding` and messages call it.
+    """
+
+    link: str
+    body: Body
+    pose: ArrayLike = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    touching: Sequence[str] = ()
+    name: str = "object"
+
+
+_HeldRow = Tuple[str, _cab.BodyData, int, Float64Array, List[int]]
+
+
+def _held_rows(links: Sequence[str], attached: Sequence[Attached]) -> List[_HeldRow]:
+    """Name, shapes, link, pose and links that may be touched of each object, as the extension module takes them."""
+    names = list(links)
+    rows: List[_HeldRow] = []
+    for held in attached:
+        if not isinstance(held, Attached):
+            raise TypeError(f"attached: a list of cab.Attached is wanted, and {type(held).__name__} is in it")
+        what = f"attached {held.name!r}"
+        if held.name in names:
+            raise ValueError(f"{what}: there is a link or an object of that name")
+        if isinstance(held.touching, str):
+            raise TypeError(f"{what}: touching is a list of names, and one text is given")
+        for name in (held.link, *held.touching):
+            if name not in names:
+                raise ValueError(f"{what}: the robot has no link {name!r}")
+        if held.body.link_count != 1:
+            raise ValueError(f"{what}: a body of one link is wanted, and this one has {held.body.link_count}")
+        pose = small_array(held.pose, "f8", f"{what}, pose", (7,), "(7,)")
+        if not (np.isfinite(pose).all() and pose[:4].any()):
+            raise ValueError(f"{what}: pose is no quaternion x y z w and translation")
+        # As in MoveIt, objects that one link holds are not tested against each other.
+        beside = [len(links) + k for k, row in enumerate(rows) if row[2] == names.index(held.link)]
+        touching = [names.index(name) for name in held.touching] + beside
+        rows.append((held.name, held.body._data, names.index(held.link), pose, touching))
+        names.append(held.name)
+    return rows
+
+
+def _padding_of(
+    links: Sequence[str], held: Sequence[_HeldRow], padding: Union[float, Mapping[str, float]]
+) -> List[float]:
+    """The length of each link, then of each object; none if none has one."""
+    names = [*links, *(row[0] for row in held)]
     if isinstance(padding, Mapping):
         for name in padding:
-            if name not in links:
+            if name not in names:
                 raise ValueError(f"padding: the robot has no link {name!r}")
         lengths = [float(padding.get(name, 0)) for name in links]
+        for row in held:
+            lengths.append(float(padding.get(row[0], lengths[row[2]])))
     else:
-        lengths = [float(padding)] * len(links)
-    for name, length in zip(links, lengths):
+        lengths = [float(padding)] * len(names)
+    for name, length in zip(names, lengths):
         if not 0 <= length <= 1e18:
             raise ValueError(f"padding: {length} of link {name!r} is not a length from 0 to 1e18 metres")
     return lengths if any(lengths) else []
@@ -49,8 +102,11 @@ class CollisionChecker:
              `robot.allowed_collisions()`.
     margin   metres that links are apart at least; closer ones count as touching.
     padding  metres by which links grow against what `add_fixed` and `add_points` add, not against each other, as in
-             MoveIt: a number for all links, or numbers by their names, and 0 for others. All calls see grown links:
-             depths and distances too. docs/robots.md says what shapes become.
+             MoveIt: a number for all links, or numbers by their names, and 0 for others. Objects have that of the
+             link that holds them, if they are not named. All calls see grown links: depths and distances too.
+             docs/robots.md says what shapes become.
+    attached objects that links hold, each a `cab.Attached`. Each is one link more, after those of the robot. It is not
+             tested against the link that holds it, those of its `touching`, and objects that the same link holds.
     threads  how many threads calls run on; 0: all cores.
     isa      the instruction set, one of `cab.isas()`, or "auto".
 
@@ -66,6 +122,7 @@ class CollisionChecker:
         ignored: Optional[ArrayLike] = None,
         margin: float = 0.0,
         padding: Union[float, Mapping[str, float]] = 0.0,
+        attached: Sequence[Attached] = (),
         threads: int = 1,
         isa: str = "auto",
     ) -> None:
@@ -73,10 +130,11 @@ class CollisionChecker:
             allowed = robot.allowed_collisions()
             ignored = np.stack((allowed["a"], allowed["b"]), axis=1)
         body = robot.body.ignoring(ignored)
-        lengths = _padding_of(body.names, padding)
-        self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin, lengths)
+        held = _held_rows(body.names, attached)
+        lengths = _padding_of(body.names, held, padding)
+        self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin, lengths, held)
         self._variables = len(robot.variables)
-        self._links = body.names
+        self._links = (*body.names, *(row[0] for row in held))
         self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all
 
     def add_fixed(self, body: Body, poses: Optional[ArrayLike] = None) -> None:

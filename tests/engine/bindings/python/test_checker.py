@@ -161,6 +161,142 @@ def test_padding_is_a_number_for_all_links_or_numbers_by_name(arm):
         cab.CollisionChecker(arm, padding=-0.1)
 
 
+def turned(pose, by):
+    """The pose `by` in the frame of `pose`, both (7,)."""
+    x, y, z, w = pose[:4]
+    turn = np.array([[w, -z, y, x], [z, w, -x, y], [-y, x, w, z], [-x, -y, -z, w]])  # of the product with by's, x y z w
+    matrix = np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ])
+    return np.concatenate((turn @ by[:4], pose[4:] + matrix @ by[4:]))
+
+
+def test_an_object_in_the_hand_touches_what_stands_where_it_is(tmp_path):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    robot = seven_joints(tmp_path)
+    names = robot.body.names
+    states = robot.random_states(300, seed=6)
+    box = cab.Body.from_boxes(
+        [-1], [[0.05, 0.3, 0.1], [0.1, 0.1, 0.1]], center=[[0, 0, 0], [0, 0, 0.2]], links=[0, 0],
+        shapes=[None, cab.Shape.sphere(0.1, [0, 0, 0.2])],
+    )
+    pose = np.array([0.1, 0.7, -0.1, 0.7, 0.05, 0.1, 0.3])
+    pose[:4] /= np.linalg.norm(pose[:4])
+    shelf, shelf_pose = cab.Body.from_boxes([-1], [[0.4, 0.4, 0.05]]), [[0, 0, 0, 1, 0.5, 0, 0.6]]
+    held = cab.Attached("l7", box, pose=np.r_[3 * pose[:4], pose[4:]], touching=["l6", "l5"], name="box")
+    checker, plain = cab.CollisionChecker(robot, attached=[held]), cab.CollisionChecker(robot)
+    for one in (checker, plain):
+        one.add_fixed(shelf, shelf_pose)
+    hits = checker.hits(states, depths=True)
+    own = hits[(hits["link_a"] != len(names)) & ((hits["link_b"] != len(names)) | (hits["fixed"] >= 0))]
+    assert np.array_equal(own, plain.hits(states, depths=True))
+    assert {name for pair in checker.names(hits) for name in pair} >= {"box", "l2"}
+
+    # In each state the object stands still for a robot alone; the shelf, too, is tested against it.
+    frames, expected = robot.poses(states).astype("f8"), []
+    of_links = of_shelf = 0
+    for i, state in enumerate(states):
+        there = turned(frames[i, names.index("l7")], pose)
+        one = cab.CollisionChecker(robot, ignored=[(a, b) for b in range(len(names)) for a in range(b)])
+        one.add_fixed(box, [there])
+        rows = [(i, -1, a, len(names), d) for _, _, a, _, d in one.hits([state], depths=True).tolist()]
+        rows = [row for row in rows if names[row[2]] not in ("l5", "l6", "l7")]
+        of_links += len(rows)
+        world = cab.World()
+        a, b = world.add(box, 1), world.add(shelf, 1)
+        frame = world.run(
+            [a.posed(there[None, None].astype("f4")), b.posed(np.array([shelf_pose], "f4"))], pairs=[(a, b)],
+            exact="convex", contacts=True,
+        )
+        rows += [(i, 0, len(names), 0, d) for d in frame.contacts["depth"].tolist()]
+        of_shelf += len(frame.hits)
+        expected += rows
+    found = hits[(hits["link_a"] == len(names)) | ((hits["link_b"] == len(names)) & (hits["fixed"] < 0))]
+    assert of_links > 30 and of_shelf > 30
+    for ours, theirs in [(found.tolist(), expected), (expected, found.tolist())]:
+        rows = {row[:4] for row in theirs}
+        assert not [row for row in ours if row[4] > 1e-5 and row[:4] not in rows]
+    assert np.flatnonzero(checker.collides(states)).tolist() == sorted(set(hits["state"].tolist()))
+    assert (checker.clearance(states) <= plain.clearance(states) + 1e-6).all()
+
+    # Motions that are free are free of the object too.
+    starts = states[~checker.collides(states)][:100]
+    ends = starts + 0.1 * (states[: len(starts)] - starts)
+    free = checker.edges(starts, ends)["free"]
+    steps = np.linspace(0, 1, 65)[None, :, None]
+    sampled = checker.collides((starts[:, None] + steps * (ends - starts)[:, None]).reshape(-1, 7))
+    assert not (sampled.reshape(len(starts), -1).any(axis=1) & free).any()
+    assert 5 < free.sum() < plain.edges(starts, ends)["free"].sum()
+
+
+def stick(length=0.5):
+    return cab.Body.from_boxes([-1], [[0.05, 0.05, length]])
+
+
+def test_objects_are_named_and_padded_as_the_link_that_holds_them(arm):
+    upright = [[0.0, 0.0]]
+    on_hand = [0, 0, 0, 1, 0, 0, 0.75]
+    held = cab.Attached("hand", stick(), on_hand, name="stick")
+    beside = cab.Attached("hand", stick(), [0, 0, 0, 1, 0.05, 0, 0.75], name="beside")
+    tip = cab.Attached("stick", stick(0.1), [0, 0, 0, 1, 0, 0, 0.6], touching=["beside"], name="tip")
+    for padding, own in [(0, 0), (0.1, 0.1), ({"hand": 0.1}, 0.1), ({"hand": 0.1, "stick": 0.2}, 0.2),
+                         ({"tip": 0.15}, 0.15), ({"hand": 0.1, "stick": 0, "beside": 0}, 0), ({"base": 1}, 0)]:
+        checker = cab.CollisionChecker(arm, attached=[held, beside, tip], padding=padding)
+        checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 5.95]])
+        row = checker.distances(upright)
+        # The tip ends 0.75 + 0.6 + 0.1 above the hand at 4.2.
+        assert row["distance"][0] == pytest.approx(5.9 - 5.65 - own, abs=1e-4)
+        assert checker.names(row) == [("tip", "link 0")]
+    # Where the elbow is bent all three reach into the base. What one link holds does not count, nor what may touch.
+    names = set(checker.names(checker.hits(arm.random_states(2000, seed=1))))
+    assert {pair for pair in names if pair[1] in ("stick", "beside", "tip")} >= {
+        ("base", "stick"), ("base", "beside"), ("base", "tip")}
+    assert not names & {("hand", "stick"), ("hand", "beside"), ("stick", "beside"), ("stick", "tip"), ("beside", "tip")}
+    # The tip is held by the stick, not by the hand.
+    other = cab.Attached("hand", stick(), [0, 0, 0, 1, 0.05, 0, 1.35], name="other")
+    for touching, colliding in [([], True), (["tip"], False)]:
+        attached = [held, tip._replace(touching=()), other._replace(touching=touching)]
+        assert cab.CollisionChecker(arm, attached=attached).collides(upright)[0] == colliding
+
+
+@pytest.mark.parametrize(
+    "held, error, words",
+    [
+        (dict(link="claw"), ValueError, "attached 'box': the robot has no link 'claw'"),
+        (dict(touching=["base", "claw"]), ValueError, "attached 'box': the robot has no link 'claw'"),
+        (dict(touching="base"), TypeError, "attached 'box': touching is a list"),
+        (dict(name="hand"), ValueError, "attached 'hand': there is a link"),
+        (dict(pose=[0, 0, 0, 1]), ValueError, "attached 'box', pose: .*\\(7,\\)"),
+        (dict(pose=[0, 0, 0, 0, 1, 2, 3]), ValueError, "attached 'box': pose is no quaternion"),
+        (dict(pose=[0, 0, 0, 1, 0, np.nan, 0]), ValueError, "attached 'box': pose is no quaternion"),
+        (dict(body=cab.Body.from_boxes([-1, 0], [[1, 1, 1]] * 2)), ValueError, "attached 'box': a body of one link"),
+        (dict(body=cab.Body.from_boxes([-1], [[1, 1, 1], [1, -1, 1]], links=[0, 0])), cab.InputError,
+         "attached 'box', box 1: box of a leaf"),
+        (dict(body=cab.Body.from_boxes([-1], [[1, 1, 1]] * 1024, links=[0] * 1024)), cab.InputError,
+         "attached 'box': .* 1024 leaves"),
+    ],
+)
+def test_what_no_link_can_hold_is_an_error_that_names_it(arm, held, error, words):
+    right = dict(link="hand", body=stick(), name="box")
+    with pytest.raises(error, match=words):
+        cab.CollisionChecker(arm, attached=[cab.Attached(**{**right, **held})])
+
+
+def test_attached_is_a_list_of_objects_with_names_of_their_own(arm):
+    box = cab.Attached("hand", stick())
+    with pytest.raises(TypeError, match="attached: a list of cab.Attached is wanted, and str is in it"):
+        cab.CollisionChecker(arm, attached=box)
+    with pytest.raises(ValueError, match="attached 'object': there is a link or an object of that name"):
+        cab.CollisionChecker(arm, attached=[box, box])
+    with pytest.raises(ValueError, match="attached 'object': the robot has no link 'later'"):
+        cab.CollisionChecker(arm, attached=[box._replace(touching=["later"]), box._replace(name="later")])
+    with pytest.raises(cab.InputError, match="ignored_pairs"):
+        cab.CollisionChecker(arm, attached=[box], ignored=[(0, 4)])
+
+
 def test_edges_are_free_where_no_state_collides(arm):
     checker = cab.CollisionChecker(arm)
     checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.4]])

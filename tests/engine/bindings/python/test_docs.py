@@ -60,6 +60,11 @@ def test_the_arm_collides_as_the_document_says():
     assert run("arm_states.py", HERE / "arm.urdf") == printed_in_docs("arm_states.py", ROBOTS)
 
 
+def test_the_arm_holds_a_stick_as_the_document_says():
+    need_files()
+    assert run("arm_holds.py", HERE / "arm.urdf") == printed_in_docs("arm_holds.py", ROBOTS)
+
+
 def test_the_arm_finds_its_way_out_as_the_document_says(tmp_path):
     need_matplotlib()
     need_files()

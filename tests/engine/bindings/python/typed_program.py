@@ -44,7 +44,8 @@ def failing(world: cab.World, body: cab.Body) -> cab.Status:
 
 
 def states(robot: cab.Robot) -> int:
-    checker = cab.CollisionChecker(robot, margin=0.01)
+    held = cab.Attached(robot.body.names[-1], cab.Body.from_boxes([-1], [[0.1, 0.1, 0.1]]), touching=["a"], name="box")
+    checker = cab.CollisionChecker(robot, margin=0.01, padding={"box": 0.01}, attached=[held])
     checker.add_fixed(robot.body)
     colliding: npt.NDArray[np.bool_] = checker.collides(robot.random_states(8))
     free: npt.NDArray[np.bool_] = checker.edges([robot.rest()], [robot.rest()])["free"]
