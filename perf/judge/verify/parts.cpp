@@ -36,8 +36,10 @@ void Task::violation(std::size_t method, const std::string& input) {
 }
 
 const std::vector<VerifyPart>& verify_parts() {
-  static const std::vector<VerifyPart> parts = {merges_part(), overlaps_part(), trees_part(), frames_part(),
-                                                shapes_part(), queries_part(),  rays_part(),  motions_part()};
+  // The inputs of a part depend on its place, so new ones come last.
+  static const std::vector<VerifyPart> parts = {merges_part(),  overlaps_part(), trees_part(), frames_part(),
+                                                shapes_part(),  queries_part(),  rays_part(),  motions_part(),
+                                                spheres_part(), points_part()};
   return parts;
 }
 

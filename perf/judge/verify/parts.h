@@ -112,7 +112,7 @@ enum class Columns {
   kPairs,    // misses and false positives
   kShapes,   // answers of exact tests, and contacts
   kQueries,  // hits of queries
-  kRays,     // hits of rays, and how many pairs of rays and leaves were judged
+  kQuick,    // hits of queries, and how many pairs of queries and leaves were judged
   kMotions,  // answers about motions
 };
 
@@ -133,6 +133,8 @@ VerifyPart shapes_part();
 VerifyPart queries_part();
 VerifyPart rays_part();
 VerifyPart motions_part();
+VerifyPart spheres_part();
+VerifyPart points_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();

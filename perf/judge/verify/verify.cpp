@@ -208,7 +208,7 @@ std::vector<Column> columns_of(Columns columns) {
               kViolations};
     case Columns::kQueries:
       return {kToFind, kHits, kLost, kExtra, {"off, u", nullptr, &Tally::off, 2}, kDiffering, kViolations};
-    case Columns::kRays:
+    case Columns::kQuick:
       return {{"pairs", &Tally::pairs},
               {"in long double", &Tally::undecided},
               kToFind,

@@ -243,18 +243,20 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
   CHECK(sum_of(shapes, "touching") > 0);
   CHECK(sum_of(shapes, "undecided") > 0);
   CHECK(sum_of(shapes, "contacts") > 0);
-  // By ten regimes: six kinds about boxes and about shapes, and rays by what they want.
-  const Json &queries = part_of(one.counts, "queries"), &rays = part_of(one.counts, "rays");
+  // By ten regimes: six kinds about boxes and about shapes; rays, spheres and points by what they want.
+  const Json& queries = part_of(one.counts, "queries");
   CHECK(queries["rows"].size() == 10 * 12);
-  CHECK(rays["rows"].size() == 10 * 3);
-  for (const Json* part : {&queries, &rays}) {
-    CHECK(sum_of(*part, "touching") > 0);
-    CHECK(sum_of(*part, "hits") > 0);
-    for (const char* none : {"lost", "false_positives", "differing"}) CHECK(sum_of(*part, none) == 0);
+  for (const char* name : {"queries", "rays", "spheres", "points"}) {
+    const Json& part = part_of(one.counts, name);
+    CHECK(sum_of(part, "touching") > 0);
+    CHECK(sum_of(part, "hits") > 0);
+    for (const char* none : {"lost", "false_positives", "differing"}) CHECK(sum_of(part, none) == 0);
+    if (&part == &queries) continue;
+    CHECK(part["rows"].size() == 10 * 3);
+    CHECK(sum_of(part, "pairs") > 100 * sum_of(part, "judged") / 10);
+    CHECK(sum_of(part, "undecided") > 0);
+    CHECK(sum_of(part, "undecided") < sum_of(part, "pairs") / 10);
   }
-  CHECK(sum_of(rays, "pairs") > 100 * sum_of(rays, "judged") / 10);
-  CHECK(sum_of(rays, "undecided") > 0);
-  CHECK(sum_of(rays, "undecided") < sum_of(rays, "pairs") / 10);
   for (const Json& row : queries["rows"]) CHECK(row["off_u"] < 128);
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "2", "--seed", "5", "--threads", "2"}).counts == one.counts);
@@ -302,8 +304,8 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   CHECK(counts["parts"][0] == part_of(whole, "shapes"));
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "boxes"});
   CHECK(wrong.exit_code == 2);
-  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries, rays or motions") !=
-        std::string::npos);
+  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
+                         "spheres or points") != std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
@@ -449,8 +451,9 @@ TEST_CASE("contacts that are a thousandth too shallow are found") {
 TEST_CASE("hits of queries that are lost, too far, or found by one instruction set alone, are found") {
   perf::Subject subject;
   subject.kernels = &genuine();
+  const Words kParts = {"queries", "rays", "spheres", "points"};
   subject.run_queries = queries_without_a_hit;
-  const Verdict lost = verify_broken(subject, {"queries", "rays"});
+  const Verdict lost = verify_broken(subject, kParts, 1);
   CHECK(lost.exit_code == 1);
   for (const Json& part : lost.counts["parts"]) {
     CHECK(sum_of(part, "lost") > 0);
@@ -458,17 +461,19 @@ TEST_CASE("hits of queries that are lost, too far, or found by one instruction s
   }
   CHECK(lost.text.find("violation: queries, aimed, seed 1, round 0: ") != std::string::npos);
   subject.run_queries = queries_too_late;
-  const Verdict late = verify_broken(subject, {"queries", "rays"});
+  const Verdict late = verify_broken(subject, kParts);
   for (const Json& part : late.counts["parts"])
-    CHECK(broken_regimes(part, part["part"] == "rays" ? "all" : "rays").size() > 5);
+    if (part["part"] != "spheres") CHECK(broken_regimes(part, part["part"] == "queries" ? "rays" : "all").size() > 5);
   subject.run_queries = queries_found_wrongly;
-  const Verdict found = verify_broken(subject, {"queries", "rays"});
+  const Verdict found = verify_broken(subject, kParts, 1);
   for (const Json& part : found.counts["parts"]) CHECK(sum_of(part, "violations") > 0);
-  CHECK(broken_regimes(part_of(found.counts, "rays"), "any").size() > 5);
-  CHECK(broken_regimes(part_of(found.counts, "rays"), "all").empty());
+  for (const char* part : {"rays", "spheres", "points"}) {
+    CHECK(broken_regimes(part_of(found.counts, part), "any").size() > 5);
+    CHECK(broken_regimes(part_of(found.counts, part), "all").empty());
+  }
   if (isa_available(Isa::kAuto) && kernel::find_kernels(Isa::kAuto)->isa == Isa::kScalar) return;
   subject.run_queries = queries_by_isa;
-  const Verdict by_isa = verify_broken(subject, {"queries", "rays"});
+  const Verdict by_isa = verify_broken(subject, kParts, 1);
   for (const Json& part : by_isa.counts["parts"]) CHECK(sum_of(part, "differing") > 0);
 }
 

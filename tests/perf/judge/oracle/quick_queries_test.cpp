@@ -1,0 +1,304 @@
+// The quick judge of rays, spheres and points: where doubles are certain, the judge in long double says the same, and
+// planted faults are found.
+#include "perf/judge/oracle/quick_queries.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "perf/harness/random_rig.h"
+#include "perf/judge/oracle/random_queries.h"
+#include "tests/rounds.h"
+
+namespace {
+
+using namespace cab;
+using namespace cab::oracle;
+using cab::tests::least_count;
+using cab::tests::rounds;
+
+// How far bounds of the distance of a point may be off, as a share of its leaf's padding; at worst 0.027.
+constexpr double kLooseShare = 0.1;
+
+constexpr QueryKind kKinds[] = {QueryKind::kRay, QueryKind::kSphere, QueryKind::kPoint};
+
+// A scene of one or two articulations, near or far, large or small.
+QueryScene any_scene(Random& random, Rig& rig, Poses& poses) {
+  const bool far = random.chance(0.3);
+  const Vec3<double> about = (far ? random.log_uniform(1e3, 1e9) : 0) * random.unit_vector();
+  rig = random_rig(random, static_cast<Topology>(random.index(3)), 2 + random.index(5), 1 + random.index(3));
+  if (random.chance(0.3)) flatten_leaves(random, rig);
+  const PoseRange range = {2, random.chance(0.5), far || random.chance(0.5), about};
+  poses = random_poses(random, rig, 4, static_cast<PoseFormat>(random.index(3)), range);
+  if (random.chance(0.3)) mirror_links(random, poses);
+  if (random.chance(0.3)) resize(random.log_uniform(1e-15, 1e12), rig, poses);
+  QueryScene out;
+  for (std::uint32_t i = 0; i < 4; ++i) out.push_back(query_instance({1}, rig, poses, i, 1u << (i % 2)));
+  return out;
+}
+
+std::vector<Query> any_queries(Random& random, const QueryScene& scene, QueryKind kind, std::uint32_t count) {
+  RandomQueries out;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    add_query(random, scene, static_cast<QueryRegime>(i % kQueryRegimeCount), kind, out);
+    Query& query = out.queries.back();
+    if (kind == QueryKind::kRay) query.radius = 0;
+    query.with_depth = false;
+  }
+  return out.queries;
+}
+
+// What of a scene is of the link of a hit.
+QueryScene link_alone(const QueryScene& scene, const QueryHit& hit) {
+  QueryScene out = {scene[hit.instance]};
+  std::vector<QueryLeaf> of_link;
+  for (const QueryLeaf& leaf : scene[hit.instance].leaves)
+    if (leaf.link == hit.link) of_link.push_back(leaf);
+  out[0].leaves = of_link;
+  return out;
+}
+
+// What a right engine might answer: all links that must be found, at the distances of their leaves as given.
+std::vector<QueryHit> right_hits(const QueryScene& scene, const Query& query) {
+  std::vector<QueryHit> out;
+  for (const JudgedLink& link : judge_query(scene, query, {}, Exact::kNone)) {
+    if (!link.must) continue;
+    const auto leaf = std::find_if(link.leaves.begin(), link.leaves.end(),
+                                   [&](const JudgedLeaf& one) { return one.must && one.most == link.most; });
+    QueryHit hit = {};
+    hit.batch = link.instance->batch;
+    hit.instance = link.instance->instance;
+    hit.link = link.link;
+    hit.leaf = leaf->leaf->leaf;
+    hit.distance = static_cast<float>(link.most);
+    out.push_back(hit);
+  }
+  std::sort(out.begin(), out.end(), [](const QueryHit& a, const QueryHit& b) {
+    return std::make_tuple(a.distance, a.instance, a.link) < std::make_tuple(b.distance, b.instance, b.link);
+  });
+  return out;
+}
+
+struct Job {
+  std::vector<Query> queries;
+  std::vector<QueryHit> hits;
+  std::vector<std::uint8_t> found;
+
+  Job(const Query& query, std::vector<QueryHit> of) : queries{query}, hits(std::move(of)), found{!hits.empty()} {}
+  QuickCounts counts(const QuickQueries& judge) {
+    QueryJob job;
+    job.queries = {queries.data(), 1};
+    job.found = {found.data(), 1};
+    return judge.count(job, 0, hits);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("quick queries: what doubles are certain of, long double says too") {
+  Random random(91);
+  std::size_t pairs[3] = {}, certain[3] = {}, must[3] = {};
+  for (std::uint64_t round = rounds(300); round > 0; --round) {
+    Rig rig;
+    Poses poses;
+    const QueryScene scene = any_scene(random, rig, poses);
+    const QuickQueries judge(scene);
+    std::vector<double> lengths;
+    for (const QueryInstance& instance : scene)
+      for (const QueryLeaf& leaf : instance.leaves) lengths.push_back(static_cast<double>(leaf.lengths));
+    for (std::size_t kind = 0; kind < std::size(kKinds); ++kind)
+      for (Query query : any_queries(random, scene, kKinds[kind], 20)) {
+        query.layer_mask = ~0u;  // a touch is not asked who is looked at
+        query.ignored_batch = {};
+        for (std::size_t leaf = 0; leaf < judge.leaf_count(); ++leaf) {
+          ++pairs[kind];
+          const QuickTouch quick = judge.touch(query, quick_direction(query), leaf);
+          if (!quick.certain) continue;
+          ++certain[kind];
+          const QuickTouch exact = judge.exact_touch(query, leaf);
+          CAPTURE(round);
+          CAPTURE(kind);
+          CHECK(quick.may == exact.may);
+          CHECK(quick.must == exact.must);
+          if (!quick.must) continue;
+          ++must[kind];
+          CHECK(quick.least <= exact.least);
+          CHECK(quick.most >= exact.most);
+          if (exact.may_inside) CHECK(quick.may_inside);
+          if (quick.at_zero) CHECK(exact.at_zero);
+          if (kKinds[kind] == QueryKind::kRay) continue;
+          const double loose = kLooseShare * 0x1p-17 * lengths[leaf] + 0x1p-44 * exact.most;
+          CHECK(quick.least >= exact.least - loose);
+          CHECK(quick.most <= exact.most + loose);
+        }
+      }
+  }
+  for (std::size_t kind = 0; kind < std::size(kKinds); ++kind) {
+    MESSAGE("pairs: ", pairs[kind], ", certain: ", certain[kind], ", met: ", must[kind]);
+    CHECK(certain[kind] > pairs[kind] * 9 / 10);
+    CHECK(must[kind] >= least_count(3000, 300));
+  }
+}
+
+TEST_CASE("quick queries: bounds of a distance are tight where a query is near") {
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves = {{0, {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 2, 3}}, {}}};
+  Poses poses;
+  poses.link_count = poses.instance_count = 1;
+  poses.data = {0, 0, 0, 1, 0, 0, 0};
+  poses.origins = {10, 0, 0};
+  const QueryScene scene = {query_instance({1}, rig, poses, 0)};
+  const QuickQueries judge(scene);
+  Query ray;
+  ray.direction[0] = 1;
+  ray.length = 100;
+  const QuickTouch touch = judge.touch(ray, quick_direction(ray), 0);
+  CHECK(touch.certain);
+  CHECK(touch.must);
+  CHECK(!touch.may_inside);
+  CHECK(touch.most == doctest::Approx(9).epsilon(1e-12));
+  CHECK(touch.least == doctest::Approx(9).epsilon(1e-4));
+  CHECK(touch.least < 9);
+  ray.length = 8.9f;
+  CHECK(judge.touch(ray, quick_direction(ray), 0).certain);
+  CHECK(!judge.touch(ray, quick_direction(ray), 0).may);
+  ray.length = 9;  // doubles cannot tell
+  CHECK(!judge.touch(ray, quick_direction(ray), 0).certain);
+  CHECK(judge.exact_touch(ray, 0).must);
+  ray.position[0] = 10.5;
+  CHECK(judge.touch(ray, quick_direction(ray), 0).may_inside);
+  CHECK(judge.touch(ray, quick_direction(ray), 0).least == 0);
+
+  Query point, sphere;
+  point.kind = QueryKind::kPoint;
+  sphere.kind = QueryKind::kSphere;
+  point.position[0] = sphere.position[0] = 10 + 1 + 3;
+  point.position[1] = sphere.position[1] = 2 + 4;  // 5 from an edge
+  const auto judged = [&](Query& ball, float reach) {
+    ball.length = ball.radius = reach;
+    return judge.touch(ball, {}, 0);
+  };
+  const QuickTouch near = judged(point, 100);
+  CHECK(near.certain);
+  CHECK(near.must);
+  CHECK(!near.may_inside);
+  CHECK(near.most == doctest::Approx(5).epsilon(1e-12));
+  CHECK(near.least == doctest::Approx(5).epsilon(1e-4));
+  CHECK(near.least < 5);
+  for (Query* ball : {&point, &sphere}) {
+    CHECK(judged(*ball, 4.99f).certain);
+    CHECK(!judged(*ball, 4.99f).may);
+    CHECK(judged(*ball, 5.01f).must);
+    CHECK(judged(*ball, 5.01f).at_zero == (ball == &sphere));
+    CHECK(!judged(*ball, 5).certain);  // doubles cannot tell
+    CHECK(judge.exact_touch(*ball, 0).must);
+    ball->position[0] = 10;
+    ball->position[1] = 0;
+    CHECK(judged(*ball, 0).must);
+    CHECK(judged(*ball, 0).at_zero);
+    CHECK(judged(*ball, 0).most == 0);
+  }
+
+  // What is met only once it has grown is no farther than the query goes.
+  point.position[0] = 14;
+  point.position[1] = 6 + 1e-6;
+  point.length = 5;
+  point.want = QueryWant::kAll;
+  QueryHit hit = {};
+  hit.batch = {1};
+  hit.distance = 5;
+  CHECK(Job(point, {hit}).counts(judge).fault == "");
+  hit.distance = 5.00001f;
+  CHECK(Job(point, {hit}).counts(judge).fault.find("distance") != std::string::npos);
+}
+
+TEST_CASE("quick queries: a right answer has no fault, and every planted fault is found") {
+  // But for queries from so far that doubles cannot tell, and rays along a face, which enter the padding early.
+  std::size_t hits[3] = {}, farther[3] = {}, noticed[3] = {}, early_noticed[3] = {}, lower = 0;
+  Random random(92);
+  for (std::uint64_t round = rounds(60); round > 0; --round) {
+    Rig rig;
+    Poses poses;
+    const QueryScene scene = any_scene(random, rig, poses);
+    const QuickQueries judge(scene);
+    for (std::size_t kind = 0; kind < std::size(kKinds); ++kind)
+      for (Query query : any_queries(random, scene, kKinds[kind], 20)) {
+        query.want = QueryWant::kAll;
+        query.max_hits = ~0u;
+        query.ignored_batch = {};
+        const std::vector<QueryHit> right = right_hits(scene, query);
+        CAPTURE(round);
+        CAPTURE(kind);
+        const QuickCounts counts = Job(query, right).counts(judge);
+        CHECK(counts.fault == "");
+        CHECK(counts.must == right.size());
+        if (right.empty()) continue;
+        ++hits[kind];
+        const std::size_t at = random.index(static_cast<std::uint32_t>(right.size()));
+        Job lost(query, right), extra(query, right), twice(query, right), turned(query, right), closest(query, right);
+        lost.hits.erase(lost.hits.begin() + static_cast<std::ptrdiff_t>(at));
+        CHECK(lost.counts(judge).lost == 1);
+        extra.hits[at].instance = 17;
+        CHECK(extra.counts(judge).extra == 1);
+        CHECK(extra.counts(judge).lost == 1);
+        twice.hits.push_back(twice.hits.back());
+        CHECK(twice.counts(judge).fault != "");
+        twice.hits.back().distance += 1e-37f;
+        CHECK(twice.counts(judge).extra == 1);
+
+        const QueryScene alone = link_alone(scene, right[at]);
+        const QuickQueries judge_alone(alone);
+        Job late(query, {right[at]}), early = late;
+        CHECK(late.counts(judge_alone).fault == "");
+        const auto by = 0.01f * static_cast<float>(alone[0].leaves[0].lengths);
+        late.hits[0].distance += 0.01f * late.hits[0].distance + by;
+        early.hits[0].distance -= 0.01f * early.hits[0].distance + by;
+        CHECK(late.counts(judge_alone).fault.find("distance") != std::string::npos);
+        early_noticed[kind] += early.counts(judge_alone).fault.find("distance") != std::string::npos;
+        if (kKinds[kind] == QueryKind::kSphere) {
+          Job leaf(query, {right[at]});
+          for (const JudgedLeaf& one : judge_query(alone, query, {}, Exact::kNone)[0].leaves)
+            if (one.must) leaf.hits[0].leaf = one.leaf->leaf;
+          if (leaf.hits[0].leaf > right[at].leaf) {
+            CHECK(leaf.counts(judge_alone).fault.find("lower leaf") != std::string::npos);
+            ++lower;
+          }
+        }
+
+        closest.queries[0].want = QueryWant::kAny;
+        closest.hits.clear();
+        CHECK(closest.counts(judge).fault == "");
+        closest.found[0] = 0;
+        CHECK(closest.counts(judge).lost == 1);
+        if (right.size() < 2) continue;
+        std::swap(turned.hits[0], turned.hits[1]);
+        CHECK(turned.counts(judge).fault.find("behind") != std::string::npos);
+        closest.found[0] = 1;
+        closest.queries[0].want = QueryWant::kClosest;
+        closest.hits = {right[0]};
+        CHECK(closest.counts(judge).fault == "");
+        const bool is_sphere =
+            kKinds[kind] == QueryKind::kSphere;  // then all are as near, and the order is that of keys
+        if (!is_sphere && right[0].distance * 1.001f >= right.back().distance) continue;
+        closest.hits = {right.back()};
+        ++farther[kind];
+        noticed[kind] += closest.counts(judge).lost > 0;
+      }
+  }
+  for (std::size_t kind = 0; kind < std::size(kKinds); ++kind) {
+    MESSAGE("met: ", hits[kind], ", too early: ", early_noticed[kind], ", farther: ", farther[kind],
+            ", noticed: ", noticed[kind], ", lower leaves: ", lower);
+    CHECK(hits[kind] >= least_count(300, 60));
+    CHECK(early_noticed[kind] >= hits[kind] * (kKinds[kind] == QueryKind::kRay ? 9 : 10) / 10);
+    CHECK(farther[kind] > 0);
+    CHECK(noticed[kind] >= farther[kind] * (kKinds[kind] == QueryKind::kSphere ? 10 : 9) / 10);
+  }
+  CHECK(lower > 0);
+}
