@@ -189,7 +189,8 @@ CAB_INLINE SearchStop test_leaves(const PosedCluster& cluster, const double (&ap
     for (std::uint32_t met = leaf_bits(cluster.leaves, way.tile) & ~farther; met; met &= met - 1) {
       const std::uint32_t lane = lowest_bit(met);
       const float sq = distance_sq[lane] < kMostFloat ? distance_sq[lane] : kMostFloat;  // it may have overflowed
-      const double distance = std::sqrt(static_cast<double>(sq)) - near.off;
+      const double least_sq = static_cast<double>(sq) - kUnderflow;
+      const double distance = std::sqrt(least_sq > 0 ? least_sq : 0) - near.off;
       point.met[point.met_count++] = {float_below(distance > 0 ? distance : 0), way.at.node, way.at.lane,
                                       way.tile * kLanes + lane};
     }

@@ -870,6 +870,31 @@ TEST_CASE("queries: an instance as far away as origins can be hides nobody") {
   }
 }
 
+TEST_CASE("queries: a point finds what is so near that squares of distances are subnormal floats") {
+  Asked asked;
+  Member& member = asked.world.members.emplace_back();
+  member.rig.parents = {-1};
+  member.rig.leaves.resize(1);
+  for (float& half : member.rig.leaves[0].box.half) half = 3e-20f;
+  member.poses.link_count = member.poses.instance_count = 1;
+  member.poses.data = {0, 0, 0, 1, 0, 0, 0};
+  member.poses.origins = {0, 0, 0};
+  asked.listed.emplace_back();
+  std::vector<Query> queries;
+  for (double apart = 1e-23; apart < 1e-20; apart *= 1.01)
+    for (const QueryWant want : {QueryWant::kAny, QueryWant::kClosest}) {
+      Query& query = queries.emplace_back();
+      query.kind = QueryKind::kPoint;
+      query.want = want;
+      query.position[0] = static_cast<double>(3e-20f) + apart;
+      query.length = static_cast<float>(1.0001 * apart);
+    }
+  const Answer answer = ask(*asked.engine(), asked.inputs(), queries, {}, Exact::kNone);
+  CHECK(answer.hits.size() == queries.size() / 2);
+  CHECK(std::count(answer.found.begin(), answer.found.end(), std::uint8_t{1}) ==
+        static_cast<std::ptrdiff_t>(queries.size()));
+}
+
 TEST_CASE("queries: moving the whole world by what its origins can hold changes nothing") {
   for_seeds(20, [&](Random& random) {
     auto world = any_world(random, {0, 8, 17, false, false});
