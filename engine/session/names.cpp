@@ -91,7 +91,7 @@ const char* to_string(Status status) noexcept {
     case Status::kBadMargin: return "margin must be finite, not negative and at most 1e18";
     case Status::kBadMinDepth: return "min_depth must be finite, not negative, and 0 if only in_contact is reported";
     case Status::kBadHitBuffer:
-      return "hits has a size and no data, or contacts is not as long as hits where it must be";
+      return "hits or links has a size and no data, both are given, or contacts is not as long as hits";
     case Status::kContactsNeedExact: return "contacts, distances and min_depth need an exact test, such as convex";
     case Status::kLodWithoutShapes: return "an exact test needs shapes, but a batch with input is of a level of nodes";
     case Status::kBadInstance: return "instance is not one of the batch's instances in this call";

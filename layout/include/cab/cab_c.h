@@ -435,9 +435,8 @@ enum {
   CAB_STATUS_BAD_REPORT = 53,             // report is not a value of Report
   CAB_STATUS_BAD_MARGIN = 54,             // margin must be finite, not negative and at most 1e18
   CAB_STATUS_BAD_MIN_DEPTH = 55,  // min_depth must be finite, not negative, and 0 if only in_contact is reported
-  // hits or links has a size and no data, both have a size, or contacts is not as long as hits
+  // hits or links has a size and no data, both are given, or contacts is not as long as hits
   CAB_STATUS_BAD_HIT_BUFFER = 56,
-  // where it must be
   CAB_STATUS_CONTACTS_NEED_EXACT = 57,  // contacts, distances and min_depth need an exact test, such as convex
   CAB_STATUS_LOD_WITHOUT_SHAPES = 58,   // an exact test needs shapes, but a batch with input is of a level of nodes
   CAB_STATUS_BAD_INSTANCE = 59,         // instance is not one of the batch's instances in this call

@@ -104,8 +104,7 @@ enum class Status : std::int32_t {
   kBadReport,            // report is not a value of Report
   kBadMargin,            // margin must be finite, not negative and at most 1e18
   kBadMinDepth,          // min_depth must be finite, not negative, and 0 if only in_contact is reported
-  kBadHitBuffer,         // hits or links has a size and no data, both have a size, or contacts is not as long as hits
-                         // where it must be
+  kBadHitBuffer,         // hits or links has a size and no data, both are given, or contacts is not as long as hits
   kContactsNeedExact,    // contacts, distances and min_depth need an exact test, such as convex
   kLodWithoutShapes,     // an exact test needs shapes, but a batch with input is of a level of nodes
   kBadInstance,          // instance is not one of the batch's instances in this call
