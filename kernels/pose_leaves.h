@@ -272,9 +272,10 @@ CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing
 }
 
 // The padding of posed leaf boxes. rotated: whether instances have orientations. pads: PoseTile::pads.
-inline PosePad pad_of(bool rotated, float pads) {
-  const PosePad pad = rotated ? kPosePadRotated : kPosePad;
-  return {pad.body * pads, pad.translation * pads};
+CAB_INLINE PosePad pad_of(bool rotated, float pads) {
+  const float body = rotated ? kPosePadRotated.body : kPosePad.body;
+  const float translation = rotated ? kPosePadRotated.translation : kPosePad.translation;
+  return {body * pads, translation * pads};
 }
 
 // How the leaf boxes of a tile are posed: those of the articulation, these scaled, or PoseTile::own_boxes.
