@@ -1553,6 +1553,16 @@ TEST_CASE("queries: an index that could not be made is not used by the next call
     fickle.calls_left = -1;
     CHECK(ask_of(input, true, found) == Status::kOk);
     CHECK(found == 1);
+
+    // The same for an index of a frame, in the place of one that holds others.
+    require(run_frame(*engine, frame));
+    CHECK(ask_of(other, false, found) == Status::kOk);
+    fickle.calls_left = call;
+    const Status of_frame = ask_of(input, true, found);
+    CHECK((of_frame == Status::kBadTask) == (fickle.calls_left < 0));
+    fickle.calls_left = -1;
+    CHECK(ask_of(input, true, found) == Status::kOk);
+    CHECK(found == 1);
   }
 }
 
