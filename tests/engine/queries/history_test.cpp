@@ -1034,4 +1034,55 @@ TEST_CASE("history: what a call must not be given is refused by its status, and 
   CHECK(remove_history(*engine, history) == Status::kOk);
 }
 
+TEST_CASE("history: an instance that only one of two moments has is absent between them") {
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves.resize(1);
+  for (float& half : rig.leaves[0].box.half) half = 1;
+  const EnginePtr engine = make_engine();
+  const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 2);
+  require(reserve(*engine, {0, 0, 16}));
+  HistoryId history;
+  require(add_history(*engine, {batch, 3}, &history));
+  const std::vector<float> poses = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  const std::vector<double> origins = {0, 0, 0, 10, 0, 0};
+  const std::vector<std::uint32_t> first = {0}, both = {0, 1};
+  const std::vector<std::vector<std::uint32_t>> given = {both, first, both, first, both, both};  // the ring goes round
+  for (std::size_t tick = 0; tick < given.size(); ++tick) {
+    BatchInput input;
+    input.batch = batch;
+    input.poses.data = poses.data();
+    input.origins = origins;
+    input.instances = given[tick];
+    require(record_tick(*engine, history, input, static_cast<double>(tick)));
+    for (const double part : {0.0, 0.5}) {
+      const double time = static_cast<double>(tick) - part;
+      const bool is_there = given[tick].size() == 2 && (part == 0 || tick == 0 || given[tick - 1].size() == 2);
+      for (const QueryWant want : {QueryWant::kAny, QueryWant::kClosest, QueryWant::kAll})
+        for (const QueryKind kind : {QueryKind::kRay, QueryKind::kPoint}) {
+          Query query;
+          query.kind = kind;
+          query.want = want;
+          query.time = time;
+          query.position[0] = 10;
+          query.position[2] = 5;
+          query.direction[2] = -1;
+          query.length = 5;
+          QueryHit hit = {};
+          std::uint8_t found = 0xee;
+          QueryJob job;
+          job.histories = {&history, 1};
+          job.queries = {&query, 1};
+          job.hits = {&hit, 1};
+          job.found = {&found, 1};
+          CAPTURE(time);
+          CAPTURE(static_cast<int>(want));
+          CAPTURE(static_cast<int>(kind));
+          CHECK(run_queries(*engine, job) == Status::kOk);
+          CHECK(found == is_there);
+        }
+    }
+  }
+}
+
 }  // namespace cab::tests
