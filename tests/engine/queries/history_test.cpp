@@ -1047,7 +1047,8 @@ TEST_CASE("history: an instance that only one of two moments has is absent betwe
   const std::vector<float> poses = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
   const std::vector<double> origins = {0, 0, 0, 10, 0, 0};
   const std::vector<std::uint32_t> first = {0}, both = {0, 1};
-  const std::vector<std::vector<std::uint32_t>> given = {both, first, both, first, both, both};  // the ring goes round
+  // Where the later ones lack an instance, an earlier one has left its pose.
+  const std::vector<std::vector<std::uint32_t>> given = {both, first, both, both, both, both, both, first, both};
   for (std::size_t tick = 0; tick < given.size(); ++tick) {
     BatchInput input;
     input.batch = batch;

@@ -1523,6 +1523,7 @@ TEST_CASE("queries: an index that could not be made is not used by the next call
   }
   Poses elsewhere = poses;
   for (double& at : elsewhere.origins) at += 1e4;
+  elsewhere.origins[0] = -1e7;  // other nodes, in the scale of the index too
   const BatchInput input = poses.input(batch), other = elsewhere.input(batch);
   FrameJob frame;
   frame.inputs = {&input, 1};
