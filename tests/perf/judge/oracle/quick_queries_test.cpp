@@ -264,7 +264,8 @@ TEST_CASE("quick queries: a right answer has no fault, and every planted fault i
         early_noticed[kind] += early.counts(judge_alone).fault.find("distance") != std::string::npos;
         if (kKinds[kind] == QueryKind::kSphere) {
           Job leaf(query, {right[at]});
-          for (const JudgedLeaf& one : judge_query(alone, query, {}, Exact::kNone)[0].leaves)
+          const auto judged = judge_query(alone, query, {}, Exact::kNone);
+          for (const JudgedLeaf& one : judged[0].leaves)
             if (one.must) leaf.hits[0].leaf = one.leaf->leaf;
           if (leaf.hits[0].leaf > right[at].leaf) {
             CHECK(leaf.counts(judge_alone).fault.find("lower leaf") != std::string::npos);
