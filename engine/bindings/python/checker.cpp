@@ -109,7 +109,7 @@ class Checker {
 
   py::array collides(const py::object& states) {
     const Span<const double> values = values_of(states);
-    const std::size_t count = states.cast<py::array>().shape(0);
+    const auto count = static_cast<std::size_t>(states.cast<py::array>().shape(0));
     py::array_t<bool> out(static_cast<py::ssize_t>(count));
     static_assert(sizeof(bool) == sizeof(StateAnswer));
     auto* const answers = reinterpret_cast<StateAnswer*>(out.mutable_data());
@@ -127,7 +127,7 @@ class Checker {
 
   py::array hits(const py::object& states, bool depths) {
     const Span<const double> values = values_of(states);
-    const std::size_t count = states.cast<py::array>().shape(0);
+    const auto count = static_cast<std::size_t>(states.cast<py::array>().shape(0));
     std::vector<StateHit> found;
     std::size_t first_not_tested = count;
     const Status status = run([&] {
