@@ -31,6 +31,16 @@ class Members {
   py::list offsets_;
 };
 
+// What a hit of a query begins with, in full and in a short list.
+template <class Hit>
+void add_query_link(Members& members) {
+  members.add("query", "u4", offsetof(Hit, query));
+  members.add("batch", "u4", offsetof(Hit, batch));
+  members.add("instance", "u4", offsetof(Hit, instance));
+  members.add("link", "u2", offsetof(Hit, link));
+  members.add("leaf", "u2", offsetof(Hit, leaf));
+}
+
 }  // namespace
 
 py::dtype hit_dtype() {
@@ -87,11 +97,7 @@ py::dtype query_plane_dtype() {
 
 py::dtype query_hit_dtype() {
   Members members;
-  members.add("query", "u4", offsetof(QueryHit, query));
-  members.add("batch", "u4", offsetof(QueryHit, batch));
-  members.add("instance", "u4", offsetof(QueryHit, instance));
-  members.add("link", "u2", offsetof(QueryHit, link));
-  members.add("leaf", "u2", offsetof(QueryHit, leaf));
+  add_query_link<QueryHit>(members);
   members.add("distance", "f4", offsetof(QueryHit, distance));
   members.add("point", "3f4", offsetof(QueryHit, point));
   members.add("normal", "3f4", offsetof(QueryHit, normal));
@@ -101,11 +107,7 @@ py::dtype query_hit_dtype() {
 
 py::dtype query_link_dtype() {
   Members members;
-  members.add("query", "u4", offsetof(QueryLink, query));
-  members.add("batch", "u4", offsetof(QueryLink, batch));
-  members.add("instance", "u4", offsetof(QueryLink, instance));
-  members.add("link", "u2", offsetof(QueryLink, link));
-  members.add("leaf", "u2", offsetof(QueryLink, leaf));
+  add_query_link<QueryLink>(members);
   return members.dtype(sizeof(QueryLink));
 }
 

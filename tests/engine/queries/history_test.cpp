@@ -379,6 +379,14 @@ std::vector<BatchInput> static_inputs(const Past& past) {
   return past.bodies.empty() ? std::vector<BatchInput>{} : std::vector<BatchInput>{past.body_input()};
 }
 
+// Makes room for some queries, and adds a history of a batch.
+HistoryId add_history_of(Engine& engine, BatchId batch, std::uint32_t ticks, std::uint32_t queries) {
+  require(reserve(engine, {0, 0, queries}));
+  HistoryId out;
+  require(add_history(engine, {batch, ticks}, &out));
+  return out;
+}
+
 }  // namespace
 
 TEST_CASE("history: queries about the past find what they find if the poses of then are those of now, bit for bit") {
@@ -527,14 +535,7 @@ TEST_CASE("history: the ring keeps the last moments, and a time out of range cou
   rig.leaves = {{0, kUnitBox, {}}};
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 1);
-  ReserveDesc room;
-  room.queries = 4;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 3;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 3, 4);
   HistorySpan span;
   require(history_span(*engine, history, &span));
   CHECK(span.ticks == 0);
@@ -576,14 +577,7 @@ TEST_CASE("history: a link that turns by half a turn between two moments is foun
   rig.leaves = {{0, box, {}}};
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 1);
-  ReserveDesc room;
-  room.queries = 4;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 2;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 2, 4);
   for (int tick = 0; tick < 2; ++tick) {
     Poses poses;
     poses.link_count = poses.instance_count = 1;
@@ -614,14 +608,7 @@ TEST_CASE("history: every link of an instance is found along its arc, not only t
   rig.leaves = {{0, small, {}}, {1, far, {}}};
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 1);
-  ReserveDesc room;
-  room.queries = 1;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 2;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 2, 1);
   // Link 1 turns from 45 degrees on one side of x to 45 degrees on the other.
   const float s = std::sin(0.3926990817f), c = std::cos(0.3926990817f);
   for (int tick = 0; tick < 2; ++tick) {
@@ -653,14 +640,7 @@ TEST_CASE("history: a level of boxes is at a moment what it is now, bit for bit"
   ArticulationId level;
   require(add_lod(*engine, lod, &level));
   const BatchId batch = add_instances(*engine, level, 1);
-  ReserveDesc room;
-  room.queries = 2;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 1;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 1, 2);
   Poses poses;
   poses.link_count = 2;
   poses.instance_count = 1;
@@ -692,14 +672,7 @@ TEST_CASE("history: a small link is found wherever it is between two moments, ho
     rig.leaves = {{0, random_box(random, place, 1e-4, 2e-4), {}}};
     rig.parent_offset = {Vec3<double>{}};
     const BatchId batch = add_instances(*engine, add_rig(*engine, rig), kCount);
-    ReserveDesc room;
-    room.queries = kCount;
-    require(reserve(*engine, room));
-    HistoryDesc desc;
-    desc.batch = batch;
-    desc.ticks = 2;
-    HistoryId history;
-    require(add_history(*engine, desc, &history));
+    const HistoryId history = add_history_of(*engine, batch, 2, kCount);
     // What changes between the two moments, alone and together.
     const unsigned changes = static_cast<unsigned>(round) % 8;
     std::vector<Moment> moments(2);
@@ -782,14 +755,7 @@ TEST_CASE("history: a query that meets more instances than are posed together is
   constexpr std::uint32_t kCount = 1500;
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), kCount);
-  ReserveDesc room;
-  room.queries = 8;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 2;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 2, 8);
   PoseRange range;
   range.spread = 20;
   range.origins = true;
@@ -824,14 +790,7 @@ TEST_CASE("history: a ray that begins inside many links of several players finds
   const EnginePtr engine = make_engine();
   constexpr std::uint32_t kCount = 40;
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), kCount);
-  ReserveDesc room;
-  room.queries = 64;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 2;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 2, 64);
   PoseRange range;
   range.spread = 0.2;  // all of them overlap
   range.origins = true;
@@ -896,14 +855,7 @@ TEST_CASE("history: queries of now do not see the past, queries of the past do n
   rig.leaves = {{0, kUnitBox, {}}};
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 2);
-  ReserveDesc room;
-  room.queries = 4;
-  require(reserve(*engine, room));
-  HistoryDesc desc;
-  desc.batch = batch;
-  desc.ticks = 2;
-  HistoryId history;
-  require(add_history(*engine, desc, &history));
+  const HistoryId history = add_history_of(*engine, batch, 2, 4);
   Poses then;
   then.link_count = 1;
   then.instance_count = 2;
@@ -1041,9 +993,7 @@ TEST_CASE("history: an instance that only one of two moments has is absent betwe
   for (float& half : rig.leaves[0].box.half) half = 1;
   const EnginePtr engine = make_engine();
   const BatchId batch = add_instances(*engine, add_rig(*engine, rig), 2);
-  require(reserve(*engine, {0, 0, 16}));
-  HistoryId history;
-  require(add_history(*engine, {batch, 3}, &history));
+  const HistoryId history = add_history_of(*engine, batch, 3, 16);
   const std::vector<float> poses = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
   const std::vector<double> origins = {0, 0, 0, 10, 0, 0};
   const std::vector<std::uint32_t> first = {0}, both = {0, 1};
