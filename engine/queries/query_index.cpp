@@ -381,7 +381,8 @@ bool build_index_like(const QueryIndex& other, QueryIndex& index) {
     if (count > 0) index.clusters.push({cluster.batch, first, count});
     first += count;
   }
-  if (first != std::count_if(index.bounds.begin(), index.bounds.end(), has_bounds)) return false;
+  if (first != static_cast<std::size_t>(std::count_if(index.bounds.begin(), index.bounds.end(), has_bounds)))
+    return false;
   make_all_nodes(index);
   index.arrangement = other.arrangement;
   return true;
