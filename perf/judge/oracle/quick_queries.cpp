@@ -103,15 +103,15 @@ QuickTouch touch_ball(const Query& query, const QuickBox& box, const Place& plac
 }
 
 // What doubles say about a ray.
-QuickTouch touch_ray(const Query& ray, const std::array<double, 3>& direction, const QuickBox& box,
-                     const Place& place) {
+QuickTouch touch_ray(const QuickAsked& asked, const QuickBox& box, const Place& place) {
   QuickTouch out;
+  const auto& direction = asked.direction;
   const double grow = place.grow, apart = place.apart;
 
   // The ray from its point that is nearest to the box's centre.
   double at[3], along = 0;
   for (std::size_t c = 0; c < 3; ++c) along -= place.at[c] * direction[c];
-  const double length = static_cast<double>(ray.length), start = std::clamp(along, 0.0, length);
+  const double length = static_cast<double>(asked.query.length), start = std::clamp(along, 0.0, length);
   double aside = 0, aside_sq = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     at[c] = place.at[c] + start * direction[c];
@@ -139,8 +139,7 @@ QuickTouch touch_ray(const Query& ray, const std::array<double, 3>& direction, c
   if (start == length) sure.far = 0;
   bool is_sure = true;
   for (std::size_t k = 0; k < 3; ++k) {
-    const double from = dot(box.dual[k], at);
-    const double speed = box.dual[k][0] * direction[0] + box.dual[k][1] * direction[1] + box.dual[k][2] * direction[2];
+    const double from = dot(box.dual[k], at), speed = dot(box.dual[k], direction);
     const double more = box.half[k] + (grow + error), less = box.half[k] - error;
     if (std::fabs(speed) < kParallel) {
       const double drift = farthest * (std::fabs(speed) + kRounding);
@@ -210,20 +209,18 @@ QuickQueries::QuickQueries(const QueryScene& scene, const QueryTolerance& tolera
   begin_.push_back(boxes_.size());
 }
 
-std::array<double, 3> quick_direction(const Query& query) {
-  std::array<double, 3> direction = {static_cast<double>(query.direction[0]), static_cast<double>(query.direction[1]),
-                                     static_cast<double>(query.direction[2])};
+QuickAsked::QuickAsked(const Query& of) : query(of) {
+  if (query.kind != QueryKind::kRay) return;
+  for (std::size_t c = 0; c < 3; ++c) direction[c] = static_cast<double>(query.direction[c]);
   const double largest = std::max({std::fabs(direction[0]), std::fabs(direction[1]), std::fabs(direction[2])});
-  if (largest > 0) {
-    for (double& d : direction) d /= largest;
-    const double size =
-        std::sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
-    for (double& d : direction) d /= size;
-  }
-  return direction;
+  if (!(largest > 0)) return;
+  for (double& d : direction) d /= largest;
+  const double size = std::sqrt(dot(direction, direction));
+  for (double& d : direction) d /= size;
 }
 
-QuickTouch QuickQueries::touch(const Query& query, const std::array<double, 3>& direction, std::size_t leaf) const {
+QuickTouch QuickQueries::touch(const QuickAsked& asked, std::size_t leaf) const {
+  const Query& query = asked.query;
   const QuickBox& box = boxes_[leaf];
   if (!box.is_sound) return {};
   Place place = {};
@@ -236,10 +233,11 @@ QuickTouch QuickQueries::touch(const Query& query, const std::array<double, 3>& 
   place.in_double = static_cast<double>(tolerance_.apart) * place.apart + kTiny;
   place.grow = static_cast<double>(tolerance_.leaf) * box.lengths + static_cast<double>(tolerance_.query) * own +
                place.in_double;
-  return query.kind == QueryKind::kRay ? touch_ray(query, direction, box, place) : touch_ball(query, box, place);
+  return query.kind == QueryKind::kRay ? touch_ray(asked, box, place) : touch_ball(query, box, place);
 }
 
-QuickTouch QuickQueries::exact_touch(const Query& query, std::size_t leaf) const {
+QuickTouch QuickQueries::exact_touch(const QuickAsked& asked, std::size_t leaf) const {
+  const Query& query = asked.query;
   QuickTouch out;
   const std::vector<JudgedLink> links = judge_query(alone_[leaf], query, {}, Exact::kNone, tolerance_);
   if (links.empty()) return out;
@@ -285,7 +283,7 @@ QuickCounts QuickQueries::count(const QueryJob& done, std::size_t index, Span<co
   const auto written = static_cast<double>(tolerance_.written);
   const double longest = query.kind == QueryKind::kSphere ? 0 : static_cast<double>(query.length) * (1 + written);
   std::vector<Link> links;
-  const std::array<double, 3> direction = quick_direction(query);
+  const QuickAsked asked(query);
   std::vector<bool> is_known(hits.size);
   bool may_any = false;
   for (std::uint32_t i = 0; i < scene_.size(); ++i) {
@@ -308,10 +306,10 @@ QuickCounts QuickQueries::count(const QueryJob& done, std::size_t index, Span<co
     for (std::size_t b = begin_[i]; b < begin_[i + 1]; ++b) {
       const QuickBox& box = boxes_[b];
       ++out.pairs;
-      QuickTouch known = touch(query, direction, b);
+      QuickTouch known = touch(asked, b);
       if (!known.certain) {
         ++out.uncertain;
-        known = exact_touch(query, b);
+        known = exact_touch(asked, b);
       }
       if (!known.may) continue;
       may_any = true;

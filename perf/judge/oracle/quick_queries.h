@@ -7,7 +7,6 @@
 
 #include "perf/judge/oracle/query_judge.h"
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,8 +29,14 @@ struct QuickCounts {
   std::string fault;
 };
 
-// The direction of a ray, of length 1; 0 for a query without one.
-std::array<double, 3> quick_direction(const Query& query);
+// A query, and what all leaves ask of it, in double.
+struct QuickAsked {
+  const Query& query;
+  double direction[3] = {};  // kRay: of length 1, or 0
+
+  // query: must outlive this.
+  explicit QuickAsked(const Query& query);
+};
 
 // A leaf's box as the judge keeps it, relative to the origin of its instance. A point p has the coordinates
 // dot(dual[k], p - center) along its axes, which are within half[k] if it is inside.
@@ -54,11 +59,10 @@ class QuickQueries {
   // Judges the hits of one query of a job by boxes: a ray without a radius, a sphere without depth, or a point.
   QuickCounts count(const QueryJob& done, std::size_t query, Span<const QueryHit> hits) const;
 
-  // What doubles say about such a query and a leaf of the scene. direction: that of the query, of length 1, or 0. leaf:
-  // counted over all instances.
-  QuickTouch touch(const Query& query, const std::array<double, 3>& direction, std::size_t leaf) const;
+  // What doubles say about such a query and a leaf of the scene. leaf: counted over all instances.
+  QuickTouch touch(const QuickAsked& asked, std::size_t leaf) const;
   // What the judge in long double says.
-  QuickTouch exact_touch(const Query& query, std::size_t leaf) const;
+  QuickTouch exact_touch(const QuickAsked& asked, std::size_t leaf) const;
 
   std::size_t leaf_count() const { return boxes_.size(); }
 

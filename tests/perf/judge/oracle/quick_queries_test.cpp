@@ -116,12 +116,13 @@ TEST_CASE("quick queries: what doubles are certain of, long double says too") {
       for (Query query : any_queries(random, scene, kKinds[kind], 20)) {
         query.layer_mask = ~0u;  // a touch is not asked who is looked at
         query.ignored_batch = {};
+        const QuickAsked asked(query);
         for (std::size_t leaf = 0; leaf < judge.leaf_count(); ++leaf) {
           ++pairs[kind];
-          const QuickTouch quick = judge.touch(query, quick_direction(query), leaf);
+          const QuickTouch quick = judge.touch(asked, leaf);
           if (!quick.certain) continue;
           ++certain[kind];
-          const QuickTouch exact = judge.exact_touch(query, leaf);
+          const QuickTouch exact = judge.exact_touch(asked, leaf);
           CAPTURE(round);
           CAPTURE(kind);
           CHECK(quick.may == exact.may);
@@ -159,7 +160,7 @@ TEST_CASE("quick queries: bounds of a distance are tight where a query is near")
   Query ray;
   ray.direction[0] = 1;
   ray.length = 100;
-  const QuickTouch touch = judge.touch(ray, quick_direction(ray), 0);
+  const QuickTouch touch = judge.touch(QuickAsked(ray), 0);
   CHECK(touch.certain);
   CHECK(touch.must);
   CHECK(!touch.may_inside);
@@ -167,14 +168,14 @@ TEST_CASE("quick queries: bounds of a distance are tight where a query is near")
   CHECK(touch.least == doctest::Approx(9).epsilon(1e-4));
   CHECK(touch.least < 9);
   ray.length = 8.9f;
-  CHECK(judge.touch(ray, quick_direction(ray), 0).certain);
-  CHECK(!judge.touch(ray, quick_direction(ray), 0).may);
+  CHECK(judge.touch(QuickAsked(ray), 0).certain);
+  CHECK(!judge.touch(QuickAsked(ray), 0).may);
   ray.length = 9;  // doubles cannot tell
-  CHECK(!judge.touch(ray, quick_direction(ray), 0).certain);
-  CHECK(judge.exact_touch(ray, 0).must);
+  CHECK(!judge.touch(QuickAsked(ray), 0).certain);
+  CHECK(judge.exact_touch(QuickAsked(ray), 0).must);
   ray.position[0] = 10.5;
-  CHECK(judge.touch(ray, quick_direction(ray), 0).may_inside);
-  CHECK(judge.touch(ray, quick_direction(ray), 0).least == 0);
+  CHECK(judge.touch(QuickAsked(ray), 0).may_inside);
+  CHECK(judge.touch(QuickAsked(ray), 0).least == 0);
 
   Query point, sphere;
   point.kind = QueryKind::kPoint;
@@ -183,7 +184,7 @@ TEST_CASE("quick queries: bounds of a distance are tight where a query is near")
   point.position[1] = sphere.position[1] = 2 + 4;  // 5 from an edge
   const auto judged = [&](Query& ball, float reach) {
     ball.length = ball.radius = reach;
-    return judge.touch(ball, {}, 0);
+    return judge.touch(QuickAsked(ball), 0);
   };
   const QuickTouch near = judged(point, 100);
   CHECK(near.certain);
@@ -198,7 +199,7 @@ TEST_CASE("quick queries: bounds of a distance are tight where a query is near")
     CHECK(judged(*ball, 5.01f).must);
     CHECK(judged(*ball, 5.01f).at_zero == (ball == &sphere));
     CHECK(!judged(*ball, 5).certain);  // doubles cannot tell
-    CHECK(judge.exact_touch(*ball, 0).must);
+    CHECK(judge.exact_touch(QuickAsked(*ball), 0).must);
     ball->position[0] = 10;
     ball->position[1] = 0;
     CHECK(judged(*ball, 0).must);
