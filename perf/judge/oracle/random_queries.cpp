@@ -99,8 +99,10 @@ void set_direction(Random& random, const Point& direction, Query& query) {
 void set_orientation(Random& random, const Target& target, bool aligned, Query& query) {
   double q[4];
   random_turn(random, q);
-  if (aligned) {  // the quaternion of the box's axes
-    const ExactBox box = target.box();
+  if (aligned) {  // the quaternion of the box's axes, of which one is turned round if they are mirrored
+    ExactBox box = target.box();
+    if (dot(axis_of(box, 0), cross(axis_of(box, 1), axis_of(box, 2))) < 0)
+      store(Real{-1} * axis_of(box, 2), box.axis[2]);
     const auto m = [&](std::size_t row, std::size_t column) { return static_cast<double>(box.axis[column][row]); };
     const double w = std::sqrt(std::fmax(0, 1 + m(0, 0) + m(1, 1) + m(2, 2))) / 2;
     if (w > 1e-3) {

@@ -81,6 +81,34 @@ TEST_CASE("random queries of every regime and kind are valid, and some meet a le
     }
 }
 
+TEST_CASE("parallel shapes have the axes of their leaf, mirrored or not") {
+  std::size_t mirrored = 0, aligned = 0;
+  for (std::uint64_t seed = 1; seed <= rounds(200); ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    const Rig rig = random_rig(random, Topology::kChain, 1, 1);
+    Poses poses = random_poses(random, rig, 1, PoseFormat::kMatrix3x4Rows, {1, true, true, {}});
+    mirror_links(random, poses);
+    const QueryScene scene = {query_instance({1}, rig, poses, 0)};
+    const ExactBox& box = scene[0].leaves[0].box.box;
+    mirrored += dot(axis_of(box, 0), cross(axis_of(box, 1), axis_of(box, 2))) < 0;
+    RandomQueries about;
+    add_query(random, scene, QueryRegime::kParallel, QueryKind::kBox, about);
+    const Query& query = about.queries[0];
+    CHECK(is_valid(query, about.planes));
+    const float* const q = query.orientation;
+    const Real turn[4] = {q[0], q[1], q[2], q[3]};
+    Real column[3][3];
+    quaternion_matrix(turn, column);
+    bool is_aligned = true;
+    for (std::size_t k = 0; k < 3; ++k)
+      is_aligned = is_aligned && std::fabs(dot(to_vec3(column[k]), axis_of(box, k))) > 0.999999L;
+    aligned += is_aligned;
+  }
+  CHECK(mirrored >= least_count(50, 200));
+  CHECK(aligned >= least_count(195, 200));  // but for those that are turned by about half a turn
+}
+
 TEST_CASE("parts of random rigs are within their leaves' boxes") {
   std::size_t parts = 0;
   for (std::uint64_t seed = 1; seed <= rounds(20); ++seed) {
