@@ -69,19 +69,6 @@ std::array<T, kSeparatingAxisCount> numerators(const OracleBox<T>& a, const Orac
   return out;
 }
 
-// Lengths of the 15 axes in double, where cross products of float components keep their relative accuracy.
-AxisGaps axis_lengths(const OracleBox<double>& a, const OracleBox<double>& b) {
-  AxisGaps out{};
-  const auto normal_a = face_normals(a);
-  const auto normal_b = face_normals(b);
-  for (std::size_t i = 0; i < 3; ++i) {
-    out[i] = norm(normal_a[i]);
-    out[3 + i] = norm(normal_b[i]);
-    for (std::size_t j = 0; j < 3; ++j) { out[6 + 3 * i + j] = norm(cross(axis_of(a, i), axis_of(b, j))); }
-  }
-  return out;
-}
-
 // Whether the bound in double holds for the axes of both boxes.
 bool in_filter_range(const OracleBox<double>& a, const OracleBox<double>& b) {
   double largest = 0.0;
@@ -139,6 +126,22 @@ bool judge_overlap_filtered(const OracleBox<float>& a, const OracleBox<float>& b
     clear = clear && (vanishes || numerator[k] < -bound);
   }
   return clear || judge_overlap(a, b, offset).overlap;
+}
+
+AxisGaps axis_numerators(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset) {
+  return numerators(a, b, offset);
+}
+
+AxisGaps axis_lengths(const OracleBox<double>& a, const OracleBox<double>& b) {
+  AxisGaps out{};
+  const auto normal_a = face_normals(a);
+  const auto normal_b = face_normals(b);
+  for (std::size_t i = 0; i < 3; ++i) {
+    out[i] = norm(normal_a[i]);
+    out[3 + i] = norm(normal_b[i]);
+    for (std::size_t j = 0; j < 3; ++j) { out[6 + 3 * i + j] = norm(cross(axis_of(a, i), axis_of(b, j))); }
+  }
+  return out;
 }
 
 AxisGaps axis_gaps(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset) {

@@ -35,6 +35,13 @@ OverlapVerdict judge_overlap(const OracleBox<float>& a, const OracleBox<float>& 
 // decided in double.
 bool judge_overlap_filtered(const OracleBox<float>& a, const OracleBox<float>& b, const Vec3<Quad>& offset);
 
+// |offset . L| - rA - rB on all axes L, which is the gap times the length of L, in double. Good to 2^-46 of |offset|_1
+// and the sizes for axes that are orthonormal to 2^-10.
+AxisGaps axis_numerators(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset);
+
+// The lengths of all axes, in double, where cross products of float components keep their relative accuracy.
+AxisGaps axis_lengths(const OracleBox<double>& a, const OracleBox<double>& b);
+
 // The gaps on all axes, in double: good to 2^-48 of the sizes over the length of the axis.
 AxisGaps axis_gaps(const OracleBox<double>& a, const OracleBox<double>& b, const Vec3<double>& offset);
 

@@ -1,10 +1,11 @@
-// The judge of rays, spheres and points against boxes, quickly: in double with bounds of its errors. Pairs of a query
+// The judge of queries of all kinds against boxes, quickly: in double with bounds of its errors. Pairs of a query
 // and a leaf that are closer than these bounds go to the judge in long double (query_judge.h), which decides as it
 // always does.
 //
 // It judges which links are met, and how far away, but neither points nor normals.
 #pragma once
 
+#include "perf/judge/oracle/overlap_exact.h"
 #include "perf/judge/oracle/query_judge.h"
 
 #include <cstdint>
@@ -29,19 +30,32 @@ struct QuickCounts {
   std::string fault;
 };
 
+// A plane of a region, relative to the query's position: dot(normal, p) = offset.
+struct QuickPlane {
+  double normal[3];  // of length 1
+  double offset;
+};
+
 // A query, and what all leaves ask of it, in double.
 struct QuickAsked {
   const Query& query;
-  double direction[3] = {};  // kRay: of length 1, or 0
+  Span<const QueryPlane> planes;   // of the job
+  double direction[3] = {};        // kRay: of length 1, or 0
+  OracleBox<double> box = {};      // kBox: about the query's position
+  double along[3] = {};            // kCapsule: half its segment
+  double own = 0;                  // the sum of its own lengths, which rounding depends on
+  double reach = 0;                // kBox, kCapsule: half the diagonal, half the segment
+  std::vector<QuickPlane> region;  // kRegion
 
-  // query: must outlive this.
-  explicit QuickAsked(const Query& query);
+  // query, planes: must outlive this.
+  explicit QuickAsked(const Query& query, Span<const QueryPlane> planes = {});
 };
 
 // A leaf's box as the judge keeps it, relative to the origin of its instance. A point p has the coordinates
 // dot(dual[k], p - center) along its axes, which are within half[k] if it is inside.
 struct QuickBox {
-  double center[3], axis[3][3], dual[3][3], half[3];
+  OracleBox<double> posed;
+  double dual[3][3];
   double origin[3];  // of the instance
   double lengths;    // as QueryLeaf::lengths, rounded up
   double away;       // |center|_1
@@ -56,7 +70,7 @@ class QuickQueries {
   // scene: must outlive the judge, without shapes in mind: its parts are not read.
   explicit QuickQueries(const QueryScene& scene, const QueryTolerance& tolerance = {});
 
-  // Judges the hits of one query of a job by boxes: a ray without a radius, a sphere without depth, or a point.
+  // Judges the hits of one query of a job by boxes: a ray without a radius, a shape without depth, a point or a region.
   QuickCounts count(const QueryJob& done, std::size_t query, Span<const QueryHit> hits) const;
 
   // What doubles say about such a query and a leaf of the scene. leaf: counted over all instances.
