@@ -37,9 +37,9 @@ void Task::violation(std::size_t method, const std::string& input) {
 
 const std::vector<VerifyPart>& verify_parts() {
   // The inputs of a part depend on its place, so new ones come last.
-  static const std::vector<VerifyPart> parts = {merges_part(),  overlaps_part(), trees_part(), frames_part(),
-                                                shapes_part(),  queries_part(),  rays_part(),  motions_part(),
-                                                spheres_part(), points_part()};
+  static const std::vector<VerifyPart> parts = {
+      merges_part(),  overlaps_part(), trees_part(),  frames_part(), shapes_part(),   queries_part(), rays_part(),
+      motions_part(), spheres_part(),  points_part(), boxes_part(),  capsules_part(), regions_part()};
   return parts;
 }
 

@@ -40,7 +40,7 @@ struct Tally {
   std::uint64_t false_positives = 0;
   std::uint64_t differing = 0;        // pairs, or calls, that another strategy or instruction set answers otherwise
   std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
-  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of rays, leave open; motions that
+  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of queries, leave open; motions that
                                       // the judge does
   std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
   std::uint64_t contacts = 0;         // contacts that were judged
@@ -48,7 +48,7 @@ struct Tally {
   std::uint64_t above_10 = 0;         // more than 10 %
   std::uint64_t hits = 0;             // links that queries have found
   std::uint64_t lost = 0;             // links that queries must find and have not; motions called free that touch
-  std::uint64_t pairs = 0;            // rays and leaves that were judged
+  std::uint64_t pairs = 0;            // queries and leaves that were judged
   std::uint64_t free = 0, colliding = 0, too_close = 0;  // motions by their answers
   double off = 0;          // largest by which the point of a hit is off its leaf as given, in u of the lengths
   double widest_gap = 0;   // of shapes that are apart and were called touching, in parts of what a gap may be
@@ -135,6 +135,9 @@ VerifyPart rays_part();
 VerifyPart motions_part();
 VerifyPart spheres_part();
 VerifyPart points_part();
+VerifyPart boxes_part();
+VerifyPart capsules_part();
+VerifyPart regions_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();

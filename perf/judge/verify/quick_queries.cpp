@@ -1,6 +1,6 @@
-// Verifies many rays, spheres and nearest points at leaf boxes, by a judge in double that asks the one in long double
-// only about pairs that are too close for doubles. It judges which links are met and at which distance; points and
-// normals are judged with `queries`.
+// Verifies many queries of each kind at leaf boxes, shapes without their depth, by a judge in double that asks the one
+// in long double only about pairs that are too close for doubles. It judges which links are met and at which distance;
+// points, normals and depths are judged with `queries`.
 #include "perf/judge/oracle/quick_queries.h"
 #include "perf/judge/verify/parts.h"
 #include "perf/judge/verify/query_world.h"
@@ -62,5 +62,8 @@ VerifyPart part_of(const char* name) {
 VerifyPart rays_part() { return part_of<QueryKind::kRay>("rays"); }
 VerifyPart spheres_part() { return part_of<QueryKind::kSphere>("spheres"); }
 VerifyPart points_part() { return part_of<QueryKind::kPoint>("points"); }
+VerifyPart boxes_part() { return part_of<QueryKind::kBox>("boxes"); }
+VerifyPart capsules_part() { return part_of<QueryKind::kCapsule>("capsules"); }
+VerifyPart regions_part() { return part_of<QueryKind::kRegion>("regions"); }
 
 }  // namespace cab::perf

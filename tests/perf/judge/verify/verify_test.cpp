@@ -243,10 +243,10 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
   CHECK(sum_of(shapes, "touching") > 0);
   CHECK(sum_of(shapes, "undecided") > 0);
   CHECK(sum_of(shapes, "contacts") > 0);
-  // By ten regimes: six kinds about boxes and about shapes; rays, spheres and points by what they want.
+  // By ten regimes: six kinds about boxes and about shapes; each kind about boxes by what it wants.
   const Json& queries = part_of(one.counts, "queries");
   CHECK(queries["rows"].size() == 10 * 12);
-  for (const char* name : {"queries", "rays", "spheres", "points"}) {
+  for (const char* name : {"queries", "rays", "spheres", "points", "boxes", "capsules", "regions"}) {
     const Json& part = part_of(one.counts, name);
     CHECK(sum_of(part, "touching") > 0);
     CHECK(sum_of(part, "hits") > 0);
@@ -302,10 +302,10 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   CHECK(counts["rounds"] == 4);
   CHECK(counts["parts"].size() == 1);
   CHECK(counts["parts"][0] == part_of(whole, "shapes"));
-  const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "boxes"});
+  const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "hulls"});
   CHECK(wrong.exit_code == 2);
-  CHECK(wrong.error.find("--part: 'boxes' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
-                         "spheres or points") != std::string::npos);
+  CHECK(wrong.error.find("--part: 'hulls' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
+                         "spheres, points, boxes, capsules or regions") != std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
@@ -451,7 +451,7 @@ TEST_CASE("contacts that are a thousandth too shallow are found") {
 TEST_CASE("hits of queries that are lost, too far, or found by one instruction set alone, are found") {
   perf::Subject subject;
   subject.kernels = &genuine();
-  const Words kParts = {"queries", "rays", "spheres", "points"};
+  const Words kParts = {"queries", "rays", "spheres", "points", "boxes", "capsules", "regions"};
   subject.run_queries = queries_without_a_hit;
   const Verdict lost = verify_broken(subject, kParts, 1);
   CHECK(lost.exit_code == 1);
@@ -462,12 +462,12 @@ TEST_CASE("hits of queries that are lost, too far, or found by one instruction s
   CHECK(lost.text.find("violation: queries, aimed, seed 1, round 0: ") != std::string::npos);
   subject.run_queries = queries_too_late;
   const Verdict late = verify_broken(subject, kParts);
-  for (const Json& part : late.counts["parts"])
-    if (part["part"] != "spheres") CHECK(broken_regimes(part, part["part"] == "queries" ? "rays" : "all").size() > 5);
+  CHECK(broken_regimes(part_of(late.counts, "queries"), "rays").size() > 5);
+  for (const char* part : {"rays", "points"}) CHECK(broken_regimes(part_of(late.counts, part), "all").size() > 5);
   subject.run_queries = queries_found_wrongly;
   const Verdict found = verify_broken(subject, kParts, 1);
   for (const Json& part : found.counts["parts"]) CHECK(sum_of(part, "violations") > 0);
-  for (const char* part : {"rays", "spheres", "points"}) {
+  for (const char* part : {"rays", "spheres", "points", "boxes", "capsules", "regions"}) {
     CHECK(broken_regimes(part_of(found.counts, part), "any").size() > 5);
     CHECK(broken_regimes(part_of(found.counts, part), "all").empty());
   }
