@@ -175,6 +175,16 @@ class NearTile {
 // Takes each ray on to the next instance that it meets. Rays that meet none are taken out of `rays`. Returns how many
 // are left.
 std::uint32_t go_on(const QueryRun& run, PastRay** rays, std::uint32_t count, MetPast* to) {
+  constexpr std::uint32_t kAhead = 8;  // rays from the prefetch of an instance's number to that of the instance
+  const auto prefetch_instance = [](MetPast& met) {
+    const HistoryMoment& moment = met.ray->moment;
+    const QueryIndex& index = *moment.index;
+    met.instance = index.order[index.clusters.data[met.at.node].first + met.at.lane].number;
+    for (const HistoryTick* tick : {moment.from, moment.to}) {
+      prefetch_line(&tick->place(met.instance));
+      prefetch_bytes(tick->center(met.instance), tick->center_floats * sizeof(float));
+    }
+  };
   std::uint32_t left = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     PastRay& ray = *rays[i];
@@ -186,16 +196,9 @@ std::uint32_t go_on(const QueryRun& run, PastRay** rays, std::uint32_t count, Me
     met.ray = &ray;
     prefetch_line(index.order.data + index.clusters.data[met.at.node].first + met.at.lane);
     rays[left++] = &ray;
+    if (left > kAhead) prefetch_instance(to[left - 1 - kAhead]);
   }
-  for (MetPast* met = to; met != to + left; ++met) {
-    const HistoryMoment& moment = met->ray->moment;
-    const QueryIndex& index = *moment.index;
-    met->instance = index.order[index.clusters.data[met->at.node].first + met->at.lane].number;
-    for (const HistoryTick* tick : {moment.from, moment.to}) {
-      prefetch_bytes(&tick->place(met->instance), sizeof(KeptPlace));
-      prefetch_bytes(tick->center(met->instance), tick->center_floats * sizeof(float));
-    }
-  }
+  for (std::uint32_t i = left - std::min(left, kAhead); i < left; ++i) prefetch_instance(to[i]);
   return left;
 }
 
