@@ -3,16 +3,20 @@
 
 #include "kernels/pose_leaves.h"
 #include "kernels/query_boxes.h"
+#include "kernels/words.h"
+#include "layout/center_grid.h"
+
+#include <algorithm>
 
 namespace cab::kernel {
 
-// A ray near an instance, and where the centres of its leaf boxes are at two moments, relative to its origin: three
-// rows of `leaves` numbers, x y z, after which kLanes more can be read.
+// A ray near an instance, and where the centres of its leaf boxes are at two moments.
 struct NearLeaves {
-  BoxRay ray;  // begins at 0
-  const float* from;
-  const float* to;
-  const float* radius;  // by leaf, as many as rows have: of a ball about the centre that holds the box
+  BoxRay ray;                   // begins at 0
+  const CenterGrid &from, &to;  // relative to its origin
+  const std::uint32_t* from_cells;
+  const std::uint32_t* to_cells;  // by leaf; up to a multiple of kLanes can be read
+  const float* radius;            // by leaf, and kLanes more can be read: of a ball about the centre that holds the box
   std::uint32_t leaves;
   float part;   // of the way to the later moment, 0 to 1
   float scale;  // of the instance
@@ -23,18 +27,24 @@ struct NearLeaves {
 template <class V>
 std::uint32_t near_leaves(const NearLeaves& args, std::uint16_t* out) {
   const BoxRay& ray = args.ray;
+  const CenterGrid &from = args.from, &to = args.to;
   const Vec3<V> at = {V(ray.at[0]), V(ray.at[1]), V(ray.at[2])};
   const Vec3<V> direction = {V(ray.direction[0]), V(ray.direction[1]), V(ray.direction[2])};
-  const V part(args.part), scale(args.scale), more((ray.radius + ray.rounding) + args.bulge);
+  const float in_cell = CenterGrid::kError * std::max(from.cell, to.cell);
+  const V scale(args.scale), more((ray.radius + ray.rounding) + in_cell + args.bulge);
   std::uint32_t count = 0;
   for (std::uint32_t first = 0; first < args.leaves; first += kWidth<V>) {
+    const auto cells_from = Words<V>::load(args.from_cells + first), cells_to = Words<V>::load(args.to_cells + first);
     const auto center = [&](std::uint32_t c) {
-      const V from = Lanes<V>::load_unaligned(args.from + c * args.leaves + first);
-      return from + part * (Lanes<V>::load_unaligned(args.to + c * args.leaves + first) - from);
+      const std::uint32_t shift = CenterGrid::kBits * c, mask = CenterGrid::kMostCell << shift;
+      const float unit = 1 / static_cast<float>(1u << shift);
+      return V(from.low[c] + args.part * (to.low[c] - from.low[c])) +
+             (V(unit * (1 - args.part) * from.cell) * Words<V>::number(cells_from, mask) +
+              V(unit * args.part * to.cell) * Words<V>::number(cells_to, mask));
     };
-    const Vec3<V> middle = {center(0), center(1), center(2)}, to = middle - at;
-    const V nearest = min(max(dot(to, direction), V(0.0f)), V(ray.end));
-    const Vec3<V> apart = to - nearest * direction;
+    const Vec3<V> middle = {center(0), center(1), center(2)}, away = middle - at;
+    const V nearest = min(max(dot(away, direction), V(0.0f)), V(ray.end));
+    const Vec3<V> apart = away - nearest * direction;
     const V reach = (scale * Lanes<V>::load_unaligned(args.radius + first) + more) +
                     V(static_cast<float>(kHistoryPad)) * sum(abs(middle));
     std::uint32_t near = ~bits(dot(apart, apart) > reach * reach) & ((1u << kWidth<V>)-1);

@@ -9,7 +9,8 @@ namespace cab::kernel {
 
 // As many dwords as V has lanes. plus and minus saturate. shifted divides by 2^by, rounded down. swapped exchanges the
 // two words of every dword. negative: the bits of the dwords of which a word is negative. pair: dwords from whole
-// numbers in floats that are not negative and below 2^31; only their lower 16 bits count.
+// numbers in floats that are not negative and below 2^31; only their lower 16 bits count. number: the bits of every
+// dword that `some` has, as a number: at most 24 next to each other, without the highest.
 template <class V>
 struct Words;
 
@@ -26,6 +27,7 @@ struct Words<float> {
   static CAB_INLINE R swapped(R a) { return a << 16 | a >> 16; }
   static CAB_INLINE std::uint32_t negative(R a) { return (a & 0x80008000u) != 0; }
   static CAB_INLINE R pair(float lower, float upper) { return (whole(lower) & 0xffffu) | whole(upper) << 16; }
+  static CAB_INLINE float number(R a, std::uint32_t some) { return static_cast<float>(a & some); }
 
  private:
   // 0 for what is no such number, as lanes may hold that are not used.
@@ -59,6 +61,9 @@ struct Words<Batch<xsimd::sse2>> {
     const __m128i low = _mm_and_si128(_mm_cvttps_epi32(lower.data), _mm_set1_epi32(0xffff));
     return _mm_or_si128(low, _mm_slli_epi32(_mm_cvttps_epi32(upper.data), 16));
   }
+  static CAB_INLINE Batch<xsimd::sse2> number(R a, std::uint32_t some) {
+    return _mm_cvtepi32_ps(_mm_and_si128(a, all(some)));
+  }
 };
 #endif
 
@@ -85,6 +90,9 @@ struct Words<Batch<xsimd::avx2>> {
     const __m256i high = _mm256_slli_epi32(_mm256_cvttps_epi32(upper.data), 16);
     return _mm256_blend_epi16(_mm256_cvttps_epi32(lower.data), high, 0xaa);
   }
+  static CAB_INLINE Batch<xsimd::avx2> number(R a, std::uint32_t some) {
+    return _mm256_cvtepi32_ps(_mm256_and_si256(a, all(some)));
+  }
 };
 #endif
 
@@ -106,6 +114,9 @@ struct Words<Batch<xsimd::avx512bw>> {
   static CAB_INLINE R pair(Batch<xsimd::avx512bw> lower, Batch<xsimd::avx512bw> upper) {
     const __m512i high = _mm512_slli_epi32(_mm512_cvttps_epi32(upper.data), 16);
     return _mm512_mask_blend_epi16(0xaaaaaaaau, _mm512_cvttps_epi32(lower.data), high);
+  }
+  static CAB_INLINE Batch<xsimd::avx512bw> number(R a, std::uint32_t some) {
+    return _mm512_cvtepi32_ps(_mm512_and_si512(a, all(some)));
   }
 };
 #endif
@@ -131,6 +142,9 @@ struct Words<Batch<xsimd::neon64>> {
     const uint32x4_t low = vreinterpretq_u32_s32(vcvtq_s32_f32(lower.data));
     const uint32x4_t high = vreinterpretq_u32_s32(vcvtq_s32_f32(upper.data));
     return vreinterpretq_s16_u32(vsliq_n_u32(low, high, 16));
+  }
+  static CAB_INLINE Batch<xsimd::neon64> number(R a, std::uint32_t some) {
+    return vcvtq_f32_s32(vreinterpretq_s32_s16(vandq_s16(a, all(some))));
   }
 };
 #endif

@@ -104,13 +104,14 @@ void make_ring(const InstanceBatch& batch, std::uint32_t ticks, StoredHistory& o
   const IndexRoom room(instances, ring, arena);
   const Span<float> poses = arena.allocate<float>(instances * ring, floats);
   const Span<KeptPlace> places = arena.allocate<KeptPlace>(instances, ring);
-  const Span<float> centers = arena.allocate<float>(instances * ring + kLanes, 3 * leaves);
+  const std::size_t words = kLanes * tile_count(static_cast<std::uint32_t>(leaves) + kGridWords);
+  const Span<std::uint32_t> centers = arena.allocate<std::uint32_t>(instances * ring, words);
   for (std::size_t i = 0; i < ring; ++i) {
     HistoryTick& tick = out.ring[i];
     tick.poses = poses.data + i * instances * floats;
     tick.places = places.data + i * instances;
-    tick.centers = centers.data + i * instances * 3 * leaves;
-    tick.center_floats = 3 * leaves;
+    tick.centers = centers.data + i * instances * words;
+    tick.center_words = words;
     tick.pose_floats = floats;
     tick.index = room.index(i, out);
   }
@@ -198,10 +199,7 @@ void keep_tile(const FrameContext& frame, const InstanceBatch& batch, std::uint3
     const std::uint32_t i = instances.instance[lane], leaves = batch.articulation->leaf_count;
     tick.place(i).number = tick.number;
     bounds[i] = world_bounds(batch, i, all, lane);
-    float* const center = tick.center(i);
-    for (std::uint32_t c = 0; c < 3; ++c)
-      for (std::uint32_t leaf = 0; leaf < leaves; ++leaf)
-        center[c * leaves + leaf] = posing.boxes.data[leaf].center[c][lane];
+    write_centers({posing.boxes.data, leaves}, lane, tick.grid(i), tick.center(i));
   }
 }
 

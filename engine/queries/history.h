@@ -3,6 +3,7 @@
 
 #include "engine/queries/query_index.h"
 #include "layout/arena.h"
+#include "layout/center_grid.h"
 
 #include <cab/query.h>
 
@@ -14,9 +15,12 @@ namespace cab {
 // What a history keeps of a link: the quaternion, then the translation.
 inline constexpr std::uint32_t kTickFloats = 7;
 
+// What a history keeps of where the centres of leaf boxes are, besides a dword per leaf.
+inline constexpr std::uint32_t kGridWords = sizeof(CenterGrid) / sizeof(std::uint32_t);
+
 // What places an instance at one moment, and which layers it is in. What the caller gave none of is the identity, 1 and
 // all bits.
-struct KeptPlace {
+struct alignas(64) KeptPlace {
   std::uint64_t number;  // of the moment; any other: the moment lacks the instance, and all of this is stale
   double origin[3];
   float orientation[4];
@@ -30,15 +34,18 @@ struct HistoryTick {
   std::uint64_t number;  // of all moments that were ever recorded
   double time;
   bool has_orientations, has_scales;
-  std::size_t pose_floats, center_floats;  // of one instance
-  float* poses;                            // by instance: kTickFloats per link
-  float* centers;     // by instance: of its leaf boxes, relative to its origin: first all x, then all y, all z
-  KeptPlace* places;  // by instance
-  QueryIndex index;   // its instances, by bounds that also hold all that is between the moment before and this one
+  std::size_t pose_floats, center_words;  // of one instance
+  float* poses;                           // by instance: kTickFloats per link
+  std::uint32_t* centers;                 // by instance: cells of its leaf boxes, and at the end their CenterGrid
+  KeptPlace* places;                      // by instance
+  QueryIndex index;  // its instances, by bounds that also hold all that is between the moment before and this one
 
   bool has(std::uint32_t instance) const { return place(instance).number == number; }
   float* pose(std::uint32_t instance) const { return poses + instance * pose_floats; }
-  float* center(std::uint32_t instance) const { return centers + instance * center_floats; }
+  std::uint32_t* center(std::uint32_t instance) const { return centers + instance * center_words; }
+  CenterGrid& grid(std::uint32_t instance) const {
+    return *reinterpret_cast<CenterGrid*>(center(instance) + center_words - kGridWords);
+  }
   KeptPlace& place(std::uint32_t instance) const { return places[instance]; }
 };
 

@@ -182,7 +182,7 @@ std::uint32_t go_on(const QueryRun& run, PastRay** rays, std::uint32_t count, Me
     met.instance = index.order[index.clusters.data[met.at.node].first + met.at.lane].number;
     for (const HistoryTick* tick : {moment.from, moment.to}) {
       prefetch_line(&tick->place(met.instance));
-      prefetch_bytes(tick->center(met.instance), tick->center_floats * sizeof(float));
+      prefetch_bytes(tick->center(met.instance), tick->center_words * sizeof(std::uint32_t));
     }
   };
   std::uint32_t left = 0;
@@ -222,6 +222,8 @@ void test_leaves(const QueryRun& run, const StoredHistory& history, Span<MetPast
     ++run.own.stats.instances;
     const HistoryMoment& moment = met.ray->moment;
     const kernel::NearLeaves args = {met.local,
+                                     moment.from->grid(met.instance),
+                                     moment.to->grid(met.instance),
                                      moment.from->center(met.instance),
                                      moment.to->center(met.instance),
                                      history.radius.data,

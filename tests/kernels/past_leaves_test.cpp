@@ -102,14 +102,16 @@ struct Between {
   }
 };
 
-// The centres of one instance's leaf boxes, as rows.
-std::vector<float> centers_of(const std::vector<BoxTile>& boxes, std::uint32_t lane) {
-  std::vector<float> out;
-  for (int c = 0; c < 3; ++c)
-    for (const BoxTile& box : boxes) out.push_back(box.center[c][lane]);
-  out.resize(out.size() + kLanes);
-  return out;
-}
+// The centres of one instance's leaf boxes.
+struct Centers {
+  CenterGrid grid;
+  std::vector<std::uint32_t> cells;
+
+  Centers(const std::vector<BoxTile>& boxes, std::uint32_t lane) : cells(kLanes * tile_count(leaves_of(boxes)), ~0u) {
+    write_centers({boxes.data(), boxes.size()}, lane, grid, cells.data());
+  }
+  static std::uint32_t leaves_of(const std::vector<BoxTile>& boxes) { return static_cast<std::uint32_t>(boxes.size()); }
+};
 
 double length(const float (&v)[3]) {
   return std::hypot(static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2]));
@@ -153,7 +155,7 @@ TEST_CASE("a ray comes near every leaf that it meets at a moment and between two
       CHECK(std::memcmp(other.bulge, bulge.bulge, sizeof(bulge.bulge)) == 0);
     }
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const std::vector<float> first = centers_of(at_from, lane), second = centers_of(at_to, lane);
+      const Centers first(at_from, lane), second(at_to, lane);
       // A ray towards some place at a leaf, often its edge.
       const BoxTile& aim = at_part[random.index(leaves)];
       double point[3];
@@ -165,7 +167,16 @@ TEST_CASE("a ray comes near every leaf that it meets at a moment and between two
       }
       const auto along = random.unit_vector();
       const double away = random.chance(0.1) ? 0 : size * random.uniform(0, 10);
-      kernel::NearLeaves near = {};
+      kernel::NearLeaves near = {{},
+                                 first.grid,
+                                 second.grid,
+                                 first.cells.data(),
+                                 second.cells.data(),
+                                 radius.data(),
+                                 leaves,
+                                 part[lane],
+                                 between.scales[lane],
+                                 part[lane] > 0 ? bulge.bulge[lane] : 0};
       double all = 0;
       for (std::size_t c = 0; c < 3; ++c) {
         near.ray.direction[c] = static_cast<float>(along[c]);
@@ -175,13 +186,6 @@ TEST_CASE("a ray comes near every leaf that it meets at a moment and between two
       near.ray.radius = random.chance(0.5) ? 0 : static_cast<float>(size * random.log_uniform(1e-3, 1));
       near.ray.rounding = static_cast<float>(1.00001 * kQueryBoxPad * (all + static_cast<double>(near.ray.radius)));
       near.ray.end = random.chance(0.3) ? kInfinity : static_cast<float>(away * random.uniform(0, 2));
-      near.from = first.data();
-      near.to = second.data();
-      near.radius = radius.data();
-      near.leaves = leaves;
-      near.part = part[lane];
-      near.scale = between.scales[lane];
-      near.bulge = part[lane] > 0 ? bulge.bulge[lane] : 0;
       std::vector<std::uint16_t> found(leaves), same(leaves);
       found.resize(scalar.near_leaves(near, found.data()));
       for (const kernel::KernelTable* const table : available_kernels()) {
