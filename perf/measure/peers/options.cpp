@@ -53,6 +53,9 @@ Command add_peers(CLI::App& app) {
                    " characters; --leaves does not apply)");
   add_number(command, "--rays", o.rays,
              "with --queries: number of rays; a tenth as many spheres and points (default 100000)", 1, 10000000);
+  CLI::Option* const past = command.add_flag(
+      "--past", o.past,
+      "shots at past moments of players, through cab alone, in place of crowds (--rounds of 30 ticks)");
   add_isa(command, o.isa);
   add_json(command, o.json_path, "write the tables as JSON");
   add_csv(command, o.csv_path, "write the tables as CSV");
@@ -68,8 +71,11 @@ Command add_peers(CLI::App& app) {
   add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max())
       ->needs(robot);
-  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--csv"})
+  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays"}) {
     robot->excludes(command.get_option(option));
+    past->excludes(command.get_option(option));
+  }
+  robot->excludes(past)->excludes(command.get_option("--csv"));
   return {&command, [options] { return peers_command(*options); }};
 }
 

@@ -20,6 +20,7 @@ struct PeersOptions {
   std::vector<std::string> peers;  // empty: all of this build
   std::vector<Leaves> leaves = {Leaves::kBoxes, Leaves::kShapes};
   bool queries = false;         // rays, spheres and points instead of pairs
+  bool past = false;            // shots at past moments instead of crowds
   std::uint32_t rays = 100000;  // a tenth as many spheres and points
   RobotCommandOptions robot;    // with a file: states of this robot instead of crowds
   Isa isa = Isa::kAuto;

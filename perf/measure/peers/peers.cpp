@@ -18,6 +18,7 @@
 #include "perf/measure/peers/crowd_leaves.h"
 #include "perf/measure/peers/judge.h"
 #include "perf/measure/peers/options.h"
+#include "perf/measure/peers/past.h"
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/queries.h"
 #include "perf/measure/peers/robots.h"
@@ -426,6 +427,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 int peers_command(const PeersOptions& options) {
   if (!options.robot.file.empty()) return robots_command(options);
   check(options);
+  if (options.past) return past_command(options);
   if (options.queries) return queries_command(options);
   OutputFile json_file(options.json_path), csv_file(options.csv_path);
   const std::vector<Peer> peers = choose_peers(options.peers);

@@ -163,8 +163,8 @@ TEST_CASE("help names every option, every policy value and every instruction set
         "--out",
         "--json"}},
       {"peers",
-       {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--robot", "--srdf", "--package",
-        "--states", "--seed", "--isa", "--rounds", "--json", "--csv"}},
+       {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--past", "--robot", "--srdf",
+        "--package", "--states", "--seed", "--isa", "--rounds", "--json", "--csv"}},
       {"kernels", {"--isa", "--rounds"}},
       {"verify", {"--minutes", "--rounds", "--round", "--seed", "--part", "--isa", "--threads", "--resume", "--json"}}};
   const Outcome top = run_cab({"--help"});

@@ -264,6 +264,28 @@ TEST_CASE("cab peers --queries runs the set-ups of the libraries that it is told
   for (const Json& best : json["best"]) CHECK(best["queries"] != "rays");  // FCL casts none
 }
 
+TEST_CASE("cab peers --past: no shot is lost or invented, and none depends on the others of its call") {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      peers({"--past", "--rounds", "1", "--json", folder / "past.json", "--csv", folder / "past.csv"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json runs = Json::parse(read_text(folder / "past.json"))["runs"];
+  CHECK(runs.size() == 3);
+  for (const Json& row : runs) {
+    CAPTURE(row.dump());
+    CHECK(row["judged"] >= 32);
+    CHECK(row["hits"] >= row["judged"].get<double>() / 4);
+    for (const char* wrong : {"misses", "false_hits", "inexact_hits", "not_inside", "differing_alone"})
+      CHECK(row[wrong] == 0);
+    CHECK(row["threshold_hits"] <= 2);
+    for (const char* seconds : {"seconds_record", "seconds_shot", "seconds_tick"})
+      CHECK(row[std::string(seconds) + "_least"] > 0);
+  }
+  const std::string csv = read_text(folder / "past.csv");
+  CHECK(static_cast<std::size_t>(std::count(csv.begin(), csv.end(), '\n')) == runs.size() + 1);
+}
+
 TEST_CASE("cab peers says what was wrong and how to do it right") {
   const TemporaryFolder folder;
   struct Misuse {
@@ -283,6 +305,7 @@ TEST_CASE("cab peers says what was wrong and how to do it right") {
       {{"--isa", "mmx"}, "scalar"},
       {{"--queries", "--rays", "0"}, "--rays"},
       {{"--queries", "--peers", "ode"}, "ode answers no queries"},
+      {{"--past", "--characters", "9"}, "--past"},
       {{"--json", folder / "x", "--csv", folder / "x"}, "same file"},
   };
   for (const Misuse& misuse : misuses) {
