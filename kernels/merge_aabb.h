@@ -35,8 +35,7 @@ CAB_INLINE AabbLanes<V> bounds_of(const BoxLanes<V>& box) {
 
 template <class V>
 CAB_INLINE AabbLanes<V> merge_aabb(const AabbLanes<V>& a, const AabbLanes<V>& b) {
-  return {{min(a.lo.x, b.lo.x), min(a.lo.y, b.lo.y), min(a.lo.z, b.lo.z)},
-          {max(a.hi.x, b.hi.x), max(a.hi.y, b.hi.y), max(a.hi.z, b.hi.z)}};
+  return {min(a.lo, b.lo), max(a.hi, b.hi)};
 }
 
 }  // namespace cab::kernel

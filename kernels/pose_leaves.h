@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernels/box.h"
+#include "kernels/grow_leaves.h"
 #include "kernels/pose_between.h"
 #include "kernels/transpose.h"
 #include "layout/articulation.h"
@@ -34,6 +35,8 @@ struct PoseTile {
   const BoxTile* own_boxes = nullptr;
   // Poses between two moments, of quaternions: the later one. Else null.
   const LaterPoses* later = nullptr;
+  // Of an articulation with a skin: room for skin_tiles(*articulation).
+  MotionTile* skin = nullptr;
 };
 
 // Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
@@ -43,15 +46,6 @@ inline void point_lanes(const float* first, std::size_t stride, std::uint32_t li
 }
 
 inline bool is_rotated(const PoseTile& tile) { return tile.orientations[0] != nullptr; }
-
-// Rotation, mirrored or not, translation and scale of a link, one instance per lane. A point p of the link is at
-// translation + R (scale p).
-template <class V>
-struct RigidLanes {
-  Vec3<V> column[3];
-  Vec3<V> translation;
-  V scale;
-};
 
 // Reads four floats of every instance, from float `skip + at` on, into raw[at] to raw[at + 3].
 template <class V>
@@ -251,11 +245,9 @@ struct Placing {
   const float* scales;        // by lane, with Scaling::kPerInstance
 };
 
-// A link's pose in the instance's frame, scaled, and rotated by the instance's orientation.
+// Scales a link's pose with its instance, and rotates it by the instance's orientation.
 template <class V>
-CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing, std::uint32_t lane,
-                                     LaneChecks<V>& checks) {
-  RigidLanes<V> pose = link_pose(raw, placing.coding, lane, checks);
+CAB_INLINE RigidLanes<V> place(RigidLanes<V> pose, const Placing& placing, std::uint32_t lane, LaneChecks<V>& checks) {
   if (placing.coding.scaling == Scaling::kPerInstance) {
     pose.scale = Lanes<V>::load(placing.scales + lane);
     check_scale(pose.scale, checks);
@@ -271,6 +263,13 @@ CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing
   return pose;
 }
 
+// A link's pose in the instance's frame, scaled, and rotated by the instance's orientation.
+template <class V>
+CAB_INLINE RigidLanes<V> placed_pose(const RawPoses& raw, const Placing& placing, std::uint32_t lane,
+                                     LaneChecks<V>& checks) {
+  return place(link_pose(raw, placing.coding, lane, checks), placing, lane, checks);
+}
+
 // The padding of posed leaf boxes. rotated: whether instances have orientations. pads: PoseTile::pads.
 CAB_INLINE PosePad pad_of(bool rotated, float pads) {
   const float body = rotated ? kPosePadRotated.body : kPosePad.body;
@@ -278,23 +277,49 @@ CAB_INLINE PosePad pad_of(bool rotated, float pads) {
   return {body * pads, translation * pads};
 }
 
-// How the leaf boxes of a tile are posed: those of the articulation, these scaled, or PoseTile::own_boxes.
-enum class PosedAs : std::uint8_t { kGiven, kScaled, kOwn };
+// How the leaf boxes of a tile are posed: those of the articulation, these scaled, these grown with the skin and scaled,
+// or PoseTile::own_boxes.
+enum class PosedAs : std::uint8_t { kGiven, kScaled, kSkinned, kOwn };
 
-// Poses one link and its leaves in the lanes that V covers.
+// Writes where the links that move a link's leaves are, seen from that link.
+template <class V>
+CAB_INLINE void look_at_relatives(const PoseTile& args, std::uint32_t link, std::uint32_t lane) {
+  const Articulation& articulation = *args.articulation;
+  const SkinnedLeaves& skin = articulation.skin;
+  const RigidLanes<V> base = load_motion<V>(args.skin[link], lane);
+  const std::uint32_t begin = skin.relative_begin[link], end = skin.relative_begin[link + 1];
+  for (std::uint32_t r = begin; r < end; ++r)
+    store_motion(args.skin[articulation.link_count + r - begin], lane,
+                 relative_pose(base, load_motion<V>(args.skin[skin.relatives[r]], lane)));
+}
+
+// A leaf's box in its link's frame, with room for what other links do to its vertices.
+template <class V>
+CAB_INLINE BoxLanes<V> grown_leaf(const PoseTile& args, std::uint32_t leaf, std::uint32_t lane) {
+  const SkinnedLeaves& skin = args.articulation->skin;
+  const std::uint32_t begin = skin.influence_begin[leaf], end = skin.influence_begin[leaf + 1];
+  const BoxLanes<V> local = spread_box<V>(args.articulation->leaf_box[leaf]);
+  if (begin == end) return local;
+  return grow_box<V>(local, {skin.influences.data + begin, end - begin}, skin.own[leaf],
+                     args.skin + args.articulation->link_count, lane);
+}
+
+// Poses one link and its leaves in the lanes that V covers. raw: its pose; with a skin args.skin has it already.
 template <PosedAs kAs, class V>
 CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const RawPoses& raw, const RawPoses& rotations,
                           std::uint32_t lane, LaneChecks<V>& checks) {
   const Articulation& articulation = *args.articulation;
-  constexpr bool kScaled = kAs == PosedAs::kScaled;
+  constexpr bool kSkinned = kAs == PosedAs::kSkinned, kScaled = kAs == PosedAs::kScaled || kSkinned;
   const PoseCoding coding = {args.coding.format, kScaled ? args.coding.scaling : Scaling::kNone};
-  const RigidLanes<V> pose =
-      placed_pose(raw, {coding, is_rotated(args) ? &rotations : nullptr, args.scales}, lane, checks);
-  if (args.motions) {
-    for (int k = 0; k < 3; ++k) store3(args.motions[posed.link].column[k], lane, pose.column[k]);
-    store3(args.motions[posed.link].translation, lane, pose.translation);
-    Lanes<V>::store(args.motions[posed.link].scale + lane, pose.scale);
+  const Placing placing = {coding, is_rotated(args) ? &rotations : nullptr, args.scales};
+  RigidLanes<V> pose;
+  if constexpr (kSkinned) {
+    pose = place(load_motion<V>(args.skin[posed.link], lane), placing, lane, checks);
+    look_at_relatives<V>(args, posed.link, lane);
+  } else {
+    pose = placed_pose(raw, placing, lane, checks);
   }
+  if (args.motions) store_motion(args.motions[posed.link], lane, pose);
   if (posed.needs_joint) {
     const float* joint = articulation.link_joint.data + 3 * posed.link;
     Vec3<V> own = {V(joint[0]), V(joint[1]), V(joint[2])};
@@ -311,6 +336,8 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     BoxLanes<V> box;
     if constexpr (kAs == PosedAs::kGiven)
       box = pose_box(pose, local, pad, margin);
+    else if constexpr (kSkinned)
+      box = pose_scaled_boxes(pose, grown_leaf<V>(args, leaf, lane), pad, margin);
     else if constexpr (kScaled)
       box = pose_scaled_boxes(pose, spread_box<V>(local), pad, margin);
     else
@@ -386,8 +413,15 @@ void pose_tile(const PoseTile& args) {
   RawPoses raw, rotations;
   if (is_rotated(args)) read_orientations<V>(args, rotations);
 
+  constexpr bool kSkinned = kAs == PosedAs::kSkinned;
+  for (std::size_t i = 0; kSkinned && i < articulation.posed_links.size; ++i) {
+    const std::uint32_t link = articulation.posed_links[i].link;
+    const RawPoses& poses = read_link<V>(args, link, raw);
+    for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+      store_motion(args.skin[link], lane, link_pose(poses, args.coding, lane, checks[lane / kWidth<V>]));
+  }
   for (const PosedLink& posed : articulation.posed_links) {
-    const RawPoses& link = read_link<V>(args, posed.link, raw);
+    const RawPoses& link = kSkinned ? raw : read_link<V>(args, posed.link, raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       pose_link<kAs>(args, posed, link, rotations, lane, checks[lane / kWidth<V>]);
   }
@@ -405,6 +439,8 @@ template <class V>
 void pose_leaves(const PoseTile& args) {
   if (args.own_boxes)
     pose_tile<PosedAs::kOwn, V>(args);
+  else if (!args.articulation->skin.empty())
+    pose_tile<PosedAs::kSkinned, V>(args);
   else if (args.coding.scaling == Scaling::kNone)
     pose_tile<PosedAs::kGiven, V>(args);
   else

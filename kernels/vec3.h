@@ -50,6 +50,14 @@ CAB_INLINE Vec3<V> abs(Vec3<V> a) {
   return {abs(a.x), abs(a.y), abs(a.z)};
 }
 template <class V>
+CAB_INLINE Vec3<V> min(Vec3<V> a, Vec3<V> b) {
+  return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
+}
+template <class V>
+CAB_INLINE Vec3<V> max(Vec3<V> a, Vec3<V> b) {
+  return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
+}
+template <class V>
 CAB_INLINE V max_component(Vec3<V> a) {
   return max(max(a.x, a.y), a.z);
 }

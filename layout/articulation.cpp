@@ -16,6 +16,12 @@ namespace {
 // The squared length of a convex part's quaternion may differ from 1 by this much.
 constexpr double kUnitTolerance = 1e-3;
 
+// The least volume that the columns of an inverse bind matrix span, as a share of the product of their lengths.
+constexpr double kLeastBindVolume = 1e-9;
+
+// The least sum of the weights of a vertex.
+constexpr float kLeastWeights = 1e-6f;
+
 bool finite(const float* values, std::size_t count, float limit) {
   for (std::size_t i = 0; i < count; ++i)
     if (!(std::fabs(values[i]) <= limit)) return false;
@@ -169,8 +175,138 @@ Fault check_links(const ArticulationDesc& desc) {
   return {};
 }
 
-Fault check_leaf(const Leaf& leaf, std::size_t index, std::size_t link_count, Box* box) {
+// The links and weights of a skin, and its matrices, in double. Throws std::bad_alloc.
+struct SkinInDouble {
+  std::vector<double> vertices, weights, binds;
+  BoundSkin bound;
+
+  SkinInDouble(const SkinDesc& desc, std::size_t link_count) {
+    for (const float x : desc.vertices) vertices.push_back(static_cast<double>(x));
+    for (const float w : desc.influence_weights) weights.push_back(static_cast<double>(w));
+    for (std::size_t link = 0; link < link_count; ++link)
+      for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t c = 0; c < 4; ++c)
+          binds.push_back(desc.inverse_bind.size == 0 ? static_cast<double>(r == c)
+                                                      : static_cast<double>(desc.inverse_bind[16 * link + 4 * c + r]));
+    bound = {vertices, desc.influence_count, desc.influence_links, weights, binds};
+  }
+};
+
+// Whether the matrix of a bind keeps volumes apart from 0, so that it has an inverse.
+bool is_invertible(const float* m) {
+  double column[3][3], lengths = 1;
+  for (int k = 0; k < 3; ++k) {
+    for (int c = 0; c < 3; ++c) column[k][c] = static_cast<double>(m[4 * k + c]);
+    lengths *= std::sqrt(dot(column[k], column[k]));
+  }
+  const double cross[3] = {column[1][1] * column[2][2] - column[1][2] * column[2][1],
+                           column[1][2] * column[2][0] - column[1][0] * column[2][2],
+                           column[1][0] * column[2][1] - column[1][1] * column[2][0]};
+  return std::fabs(dot(column[0], cross)) > kLeastBindVolume * lengths;
+}
+
+Fault check_skin(const SkinDesc& skin, std::size_t link_count) {
+  const std::size_t count = skin.vertices.size / 3;
+  if (skin.vertices.size % 3 != 0 || (skin.inverse_bind.size > 0 && !skin.inverse_bind.data) ||
+      skin.influence_count == 0 || skin.influence_links.size / skin.influence_count != count ||
+      skin.influence_links.size % skin.influence_count != 0 ||
+      skin.influence_weights.size != skin.influence_links.size ||
+      (skin.inverse_bind.size > 0 && skin.inverse_bind.size != 16 * link_count) ||
+      (count > 0 && (!skin.vertices.data || !skin.influence_links.data || !skin.influence_weights.data)))
+    return {Status::kBadSkin, 0};
+  for (std::size_t v = 0; v < count; ++v) {
+    float sum = 0;
+    bool good = finite(skin.vertices.data + 3 * v, 3, kMaxCoordinate);
+    for (std::size_t i = v * skin.influence_count; i < (v + 1) * skin.influence_count; ++i) {
+      const float weight = skin.influence_weights[i];
+      good = good && weight >= 0 && weight <= 1e6f && (weight == 0 || skin.influence_links[i] < link_count);
+      sum += weight;
+    }
+    if (!good || !(sum > kLeastWeights)) return {Status::kBadSkin, v};
+  }
+  for (std::size_t link = 0; 16 * link < skin.inverse_bind.size; ++link) {
+    const float* const matrix = skin.inverse_bind.data + 16 * link;
+    bool good = is_invertible(matrix);
+    for (int c = 0; c < 16; ++c) good = good && (c % 4 == 3 || std::fabs(matrix[c]) <= kMaxCoordinate);
+    if (!good) return {Status::kBadSkin, link};
+  }
+  return {};
+}
+
+// Whether all numbers of a leaf that grows are in range.
+bool in_range(const LeafFit& fit) {
+  bool out = finite(fit.box.center, 3, kMaxCoordinate) && finite(fit.box.half, 3, kMaxCoordinate);
+  for (const LeafInfluence& by : fit.influences) out = out && by.size <= kMaxCoordinate;
+  return out;
+}
+
+// Makes the boxes of leaves with triangles, and what makes them grow. boxes: receives them. Throws std::bad_alloc.
+Fault fit_skin(const ArticulationDesc& desc, Arena& arena, Span<Box> boxes, SkinnedLeaves& out) {
+  const auto has_triangles = [](const Leaf& leaf) { return leaf.triangles.size > 0; };
+  if (desc.skin.vertices.size == 0 && std::none_of(desc.leaves.begin(), desc.leaves.end(), has_triangles)) return {};
+  const std::size_t link_count = desc.link_parents.size;
+  if (const Fault fault = check_skin(desc.skin, link_count); fault.status != Status::kOk) return fault;
+  if (std::none_of(desc.leaves.begin(), desc.leaves.end(), has_triangles)) return {};
+  const SkinInDouble skin(desc.skin, link_count);
+  std::vector<LeafFit> fits(desc.leaves.size);
+  std::vector<std::vector<std::uint16_t>> relatives(link_count);
+  std::vector<std::uint32_t> vertices;
+  std::size_t influences = 0;
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+    const Leaf& one = desc.leaves[leaf];
+    if (!has_triangles(one)) continue;
+    vertices.assign(one.triangles.begin(), one.triangles.end());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    LeafFit& fit = fits[leaf];
+    if (!fit_skinned_leaf(skin.bound, vertices, one.link, fit)) return {Status::kTooManyInfluences, leaf};
+    if (!in_range(fit)) return {Status::kBadLeafBox, leaf};
+    boxes[leaf] = fit.box;
+    influences += fit.links.size();
+    relatives[one.link].insert(relatives[one.link].end(), fit.links.begin(), fit.links.end());
+  }
+  std::vector<std::uint16_t> all;
+  const auto relative_begin = arena.allocate<std::uint32_t>(link_count + 1);
+  for (std::size_t link = 0; link < link_count; ++link) {
+    std::vector<std::uint16_t>& own = relatives[link];
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    all.insert(all.end(), own.begin(), own.end());
+    relative_begin[link + 1] = static_cast<std::uint32_t>(all.size());
+    out.most_relatives = std::max(out.most_relatives, static_cast<std::uint32_t>(own.size()));
+  }
+  const auto stored = arena.allocate<LeafInfluence>(influences);
+  const auto influence_begin = arena.allocate<std::uint32_t>(desc.leaves.size + 1);
+  const auto own = arena.allocate<OwnVertices>(desc.leaves.size);
+  std::uint32_t at = 0;
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+    const LeafFit& fit = fits[leaf];
+    const std::vector<std::uint16_t>& near = relatives[desc.leaves[leaf].link];
+    for (std::size_t i = 0; i < fit.links.size(); ++i) {
+      stored[at] = fit.influences[i];
+      stored[at++].relative =
+          static_cast<std::uint32_t>(std::lower_bound(near.begin(), near.end(), fit.links[i]) - near.begin());
+    }
+    influence_begin[leaf + 1] = at;
+    own[leaf] = fit.own;
+  }
+  out.relatives = constant(arena.copy(Span<const std::uint16_t>(all)));
+  out.relative_begin = constant(relative_begin);
+  out.influences = constant(stored);
+  out.influence_begin = constant(influence_begin);
+  out.own = constant(own);
+  return {};
+}
+
+Fault check_leaf(const Leaf& leaf, std::size_t index, std::size_t link_count, std::size_t vertex_count, Box* box) {
   if (leaf.link >= link_count) return {Status::kBadLeafLink, index};
+  if (leaf.triangles.size > 0) {
+    const auto exists = [&](std::uint32_t vertex) { return vertex < vertex_count; };
+    if (!leaf.triangles.data || leaf.triangles.size % 3 != 0 || leaf.parts.size > 0 ||
+        !std::all_of(leaf.triangles.begin(), leaf.triangles.end(), exists))
+      return {Status::kBadLeafTriangles, index};
+    return {};
+  }
   *box = leaf.box;
   if (!finite(box->center, 3, kMaxCoordinate) || !finite(box->half, 3, kMaxCoordinate))
     return {Status::kBadLeafBox, index};
@@ -195,6 +331,8 @@ void plan_posing(Articulation& articulation, Arena& arena) {
   std::vector<bool> needs_joint(articulation.link_count, false);
   for (const MergeStep& step : articulation.program.steps)
     if (step.joint_link != kNoJoint) needs_joint[step.joint_link] = true;
+  std::vector<bool> is_relative(articulation.link_count, false);
+  for (const std::uint16_t link : articulation.skin.relatives) is_relative[link] = true;
   std::vector<std::vector<std::uint16_t>> leaves_of(articulation.link_count);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf)
     leaves_of[articulation.leaf_link[leaf]].push_back(static_cast<std::uint16_t>(leaf));
@@ -202,7 +340,7 @@ void plan_posing(Articulation& articulation, Arena& arena) {
   std::vector<PosedLink> posed;
   std::uint16_t at = 0;
   for (std::uint32_t link = 0; link < articulation.link_count; ++link) {
-    if (leaves_of[link].empty() && !needs_joint[link]) continue;
+    if (leaves_of[link].empty() && !needs_joint[link] && !is_relative[link]) continue;
     const std::uint16_t begin = at;
     for (const std::uint16_t leaf : leaves_of[link]) order[at++] = leaf;
     posed.push_back({static_cast<std::uint16_t>(link), begin, at, needs_joint[link]});
@@ -294,13 +432,15 @@ void copy_parts(Span<const Leaf> leaves, Articulation& articulation, Arena& aren
   articulation.leaf_part_begin = constant(begin);
 }
 
-// Checks leaves and copies them, with their parts.
-Fault copy_leaves(Span<const Leaf> leaves, std::size_t link_count, Arena& arena, Articulation& articulation) {
-  auto boxes = arena.allocate<Box>(leaves.size);
+// Checks leaves and copies them, with their parts. boxes: receives their boxes, but for leaves with triangles of a skin
+// of so many vertices.
+Fault copy_leaves(Span<const Leaf> leaves, std::size_t link_count, std::size_t vertex_count, Arena& arena,
+                  Articulation& articulation, Span<Box>& boxes) {
+  boxes = arena.allocate<Box>(leaves.size);
   auto links = arena.allocate<std::uint16_t>(leaves.size);
   for (std::size_t leaf = 0; leaf < leaves.size; ++leaf) {
-    if (const Fault fault = check_leaf(leaves[leaf], leaf, link_count, &boxes[leaf]); fault.status != Status::kOk)
-      return fault;
+    const Fault fault = check_leaf(leaves[leaf], leaf, link_count, vertex_count, &boxes[leaf]);
+    if (fault.status != Status::kOk) return fault;
     links[leaf] = static_cast<std::uint16_t>(leaves[leaf].link);
   }
   articulation.leaf_count = static_cast<std::uint32_t>(leaves.size);
@@ -385,9 +525,12 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
   if (const Fault fault = check_links(desc); fault.status != Status::kOk) return fault;
   if (desc.leaves.size == 0 || !desc.leaves.data) return {Status::kNoLeaves, 0};
   if (desc.leaves.size > kMaxLeaves) return {Status::kTooManyLeaves, kMaxLeaves};
-  if (const Fault fault = copy_leaves(desc.leaves, desc.link_parents.size, arena, articulation);
+  Span<Box> boxes;
+  if (const Fault fault =
+          copy_leaves(desc.leaves, desc.link_parents.size, desc.skin.vertices.size / 3, arena, articulation, boxes);
       fault.status != Status::kOk)
     return fault;
+  if (const Fault fault = fit_skin(desc, arena, boxes, articulation.skin); fault.status != Status::kOk) return fault;
   if (desc.ignored_pairs.size > 0 && !desc.ignored_pairs.data) return {Status::kBadIgnoredPair, 0};
   for (std::size_t pair = 0; pair < desc.ignored_pairs.size; ++pair)
     if (desc.ignored_pairs[pair].a >= desc.link_parents.size || desc.ignored_pairs[pair].b >= desc.link_parents.size)
@@ -437,7 +580,8 @@ Status build_articulation(const ArticulationDesc& desc, Arena& arena, Articulati
 Status build_leaves(Span<const Leaf> leaves, Arena& arena, Articulation* out, std::uint32_t* bad_leaf) {
   Articulation articulation;
   articulation.link_count = 1;
-  const Fault fault = copy_leaves(leaves, 1, arena, articulation);
+  Span<Box> boxes;
+  const Fault fault = copy_leaves(leaves, 1, 0, arena, articulation, boxes);
   if (fault.status == Status::kOk) *out = articulation;
   return report(fault, bad_leaf);
 }

@@ -2,12 +2,13 @@
 #pragma once
 
 #include "layout/merge_program.h"
+#include "layout/skinned_leaves.h"
 
 #include <cab/types.h>
 
 namespace cab {
 
-// A link that a frame must pose, because it carries leaves or because a merge needs its joint. Its leaves are
+// A link that a frame must pose, because it carries leaves, moves a skin, or because a merge needs its joint. Its leaves are
 // leaf_order[leaf_begin] to leaf_order[leaf_end - 1].
 struct PosedLink {
   std::uint16_t link;
@@ -51,6 +52,7 @@ struct Articulation {
   Span<const float> leaf_vertex_reach;
   Span<const ConvexPart> parts;
   Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 indices into parts
+  SkinnedLeaves skin;                         // or nothing
   MergeProgram program;
   Lod lod;
 };
@@ -64,6 +66,14 @@ inline bool is_reach_lod(const Articulation& articulation) {
 inline const Articulation& posed_articulation(const Articulation& articulation) {
   return articulation.lod.posed ? *articulation.lod.posed : articulation;
 }
+
+// How many tiles a skin takes while it is posed: where each link is, and where others are seen from one link.
+inline std::size_t skin_tiles(const Articulation& articulation) {
+  return articulation.skin.empty() ? 0 : std::size_t{articulation.link_count} + articulation.skin.most_relatives;
+}
+
+// Whether leaves have triangles of a skin.
+inline bool has_skin(const Articulation& articulation) { return !articulation.skin.own.empty(); }
 
 // Returns whether links a and b of one instance are never reported as a pair: they are the same link or an ignored
 // pair.

@@ -179,6 +179,8 @@ Status find_touching_moments(Engine& engine, Span<const BatchInput> last, Span<c
   LastBatches before;
   if (const Status status = bind_last(engine, call, last, before); status != Status::kOk) return status;
   if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
+  for (const BatchInput& input : inputs)
+    if (has_skin(*call.batch(input.batch).articulation)) return Status::kSkinNotTaken;
   if (!(resolution > 0 && resolution <= kMaxCoordinate)) return Status::kBadResolution;
   if (const Status status = validate_pairs(engine, call, pairs); status != Status::kOk) return status;
   const auto is_known = [&before](BatchSlot slot) { return before[slot.value - 1].input != nullptr; };

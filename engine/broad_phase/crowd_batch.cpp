@@ -85,7 +85,7 @@ void make_crowd_batch(StoredBatch& stored) {
   crowd = {};
   crowd.order = stored.arena.allocate<std::uint32_t>(stored.batch.capacity);
   if (articulation.leaf_count > kCrowdLeaves || articulation.lod.posed || is_reach_lod(articulation) ||
-      is_static(stored.batch))
+      is_static(stored.batch) || !articulation.skin.empty())
     return;
   double extent = 0;
   for (std::uint32_t n = 0; n < articulation.leaf_count; ++n)

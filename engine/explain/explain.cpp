@@ -219,6 +219,13 @@ class JobSearch {
             break;
           }
         break;
+      case Status::kSkinNotTaken:
+        for (std::size_t i = 0; i < job_.inputs.size; ++i)
+          if (has_skin(*engine_.batch(job_.inputs[i].batch).articulation)) {
+            text_.add("inputs[%zu] is of an articulation with a skin", i);
+            break;
+          }
+        break;
       default: text_.add("the job"); break;
     }
     text_.add(": %s", to_string(status));

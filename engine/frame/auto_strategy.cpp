@@ -33,7 +33,7 @@ std::uint64_t pair_tests_per_merge(Refit refit) {
 Strategy strategy_of(const InstanceBatch& batch, const Policies& policies) {
   const Articulation& articulation = *batch.articulation;
   const bool axis_aligned = is_axis_aligned(policies.refit);
-  const bool has_link_boxes = batch.link_bounds->has_several_leaves && !axis_aligned;
+  const bool has_link_boxes = batch.link_bounds->has_several_leaves && !axis_aligned && articulation.skin.empty();
   if (policies.strategy == Strategy::kLinks) return has_link_boxes ? Strategy::kLinks : Strategy::kRows;
   if (policies.strategy != Strategy::kAuto) return policies.strategy;
   const std::uint32_t links = axis_aligned ? articulation.leaf_count : batch.link_bounds->links.leaf_count;

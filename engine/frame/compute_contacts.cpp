@@ -39,6 +39,8 @@ Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<cons
     Policies policies;
     policies.exact = Exact::kConvex;
     if (const Status status = bind_inputs(engine, call, inputs); status != Status::kOk) return status;
+    for (const BatchInput& input : inputs)
+      if (has_skin(*call.batch(input.batch).articulation)) return Status::kSkinNotTaken;
     if (const Status status = validate_pairs(engine, call, pairs); status != Status::kOk) return status;
     if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
     WorkerPool& pool = *call.reader().pool;

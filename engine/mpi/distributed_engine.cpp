@@ -65,6 +65,8 @@ Status add_engine(const EngineDesc& desc, EnginePtr& out) {
 
 // Adds an articulation to each engine. They all have the same ones, so the slots are the same.
 Status add_to_all(DistributedEngine& engine, const ArticulationDesc& desc, ArticulationId& out) {
+  for (const Leaf& leaf : desc.leaves)
+    if (leaf.triangles.size > 0) return Status::kSkinNotTaken;  // its reach is not that of its box
   ArticulationId id;
   for (Engine* const one : {engine.own.get(), engine.border.get(), engine.bounds.get()})
     if (const Status status = cab::add_articulation(*one, desc, &id); status != Status::kOk) return status;

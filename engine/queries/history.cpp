@@ -318,6 +318,7 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     const InstanceBatch& batch = engine.batches[slot]->batch;
     if (batch.kind != BatchKind::kCharacters || is_static(batch) || batch.articulation->lod.posed)
       return Status::kBadBatchKind;
+    if (has_skin(*batch.articulation)) return Status::kSkinNotTaken;
     if (desc.ticks == 0 || desc.ticks > kMaxTicks) return Status::kBadTicks;
     StoredHistoryPtr made = make_history(engine.allocator);
     made->batch.value = id_of(slot, engine, engine.batches);

@@ -67,6 +67,8 @@ Status validate(const Engine& engine, Call& call, QueryJob& job) {
   if (job.exact != Exact::kNone &&
       any_input([](const InstanceBatch& batch) { return batch.articulation->lod.posed != nullptr; }))
     return Status::kLodWithoutShapes;
+  if (job.exact != Exact::kNone && any_input([](const InstanceBatch& batch) { return has_skin(*batch.articulation); }))
+    return Status::kSkinNotTaken;
   if (job.queries.size && !job.queries.data) return Status::kBadQuery;
   if (const BadQuery bad = first_bad_query(engine, job); bad.status != Status::kOk) {
     job.bad_query = bad.index;

@@ -21,6 +21,7 @@ struct Extremes {
 
   void add(const Articulation& articulation, MemoryNeeds& needs) {
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
+    needs.skin = std::max(needs.skin, skin_tiles(articulation));
     leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
     depth = std::max<std::size_t>(depth, articulation.program.depth);
     needs.depth = 2 * depth + 2;
@@ -64,21 +65,13 @@ MemoryNeeds needs_of(const Engine& engine) {
   return needs;
 }
 
-constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
-                                                 &MemoryNeeds::round_nodes,
-                                                 &MemoryNeeds::joints,
-                                                 &MemoryNeeds::sequence_links,
-                                                 &MemoryNeeds::depth,
-                                                 &MemoryNeeds::leaf_pairs,
-                                                 &MemoryNeeds::character_instances,
-                                                 &MemoryNeeds::character_nodes,
-                                                 &MemoryNeeds::leaf_tiles,
-                                                 &MemoryNeeds::leaf_bounds_floats,
-                                                 &MemoryNeeds::character_tiles,
-                                                 &MemoryNeeds::batch_slots,
-                                                 &MemoryNeeds::crowd_words,
-                                                 &MemoryNeeds::hits,
-                                                 &MemoryNeeds::queries};
+constexpr std::size_t MemoryNeeds::*kCounts[] = {
+    &MemoryNeeds::nodes,       &MemoryNeeds::round_nodes,         &MemoryNeeds::joints,
+    &MemoryNeeds::skin,        &MemoryNeeds::sequence_links,      &MemoryNeeds::depth,
+    &MemoryNeeds::leaf_pairs,  &MemoryNeeds::character_instances, &MemoryNeeds::character_nodes,
+    &MemoryNeeds::leaf_tiles,  &MemoryNeeds::leaf_bounds_floats,  &MemoryNeeds::character_tiles,
+    &MemoryNeeds::batch_slots, &MemoryNeeds::crowd_words,         &MemoryNeeds::hits,
+    &MemoryNeeds::queries};
 
 // The larger of each pair of counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
@@ -125,6 +118,7 @@ void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
   pose.bounds = arena.allocate<AabbTile>(needs.nodes);
   pose.joints = arena.allocate<PointTile>(needs.joints);
   pose.motions = arena.allocate<MotionTile>(needs.joints);
+  pose.skin = arena.allocate<MotionTile>(needs.skin);
   pose.last_motions = arena.allocate<MotionTile>(needs.joints);
   worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
 }

@@ -115,6 +115,13 @@ const char* to_string(Status status) noexcept {
     case Status::kHistoryGivenTwice: return "histories holds two histories of the same batch";
     case Status::kBadTime: return "a time must be finite, and later than those that the history has";
     case Status::kBadHistoryPoses: return "a history takes neither mirrored links nor matrices that hold scales";
+    case Status::kBadSkin:
+      return "skin needs finite vertices, invertible finite matrices, and weights of existing links";
+    case Status::kBadLeafTriangles:
+      return "triangles of a leaf must be three vertices of the skin each, without parts beside them";
+    case Status::kTooManyInfluences:
+      return "triangles of a leaf are moved by more than 32 other links; a smaller leaf has fewer";
+    case Status::kSkinNotTaken: return "the call, or the exact test, does not take an articulation with a skin yet";
   }
   return "unknown status";
 }

@@ -22,6 +22,7 @@ Status links_that_touch(const kernel::KernelTable& kernels, const Articulation& 
   tile.leaves = leaves.data;
   tile.joints = scratch.allocate<PointTile>(articulation.link_count).data;
   tile.flags = flags;
+  tile.skin = scratch.allocate<MotionTile>(skin_tiles(articulation)).data;
   kernels.pose_leaves(tile);
   if (flags[0] != kInstanceOk) return Status::kBadRestPose;
 

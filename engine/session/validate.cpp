@@ -190,10 +190,12 @@ Status validate_job(Engine& engine, const FrameJob& job) {
   if (!job.contacts.empty() && (!job.contacts.data || job.contacts.size != job.hits.size)) return Status::kBadHitBuffer;
   if (job.policies.exact == Exact::kNone)
     return distances || needs_contacts(job) ? Status::kContactsNeedExact : Status::kOk;
-  const bool all_have_shapes = std::all_of(job.inputs.begin(), job.inputs.end(), [&engine](const BatchInput& input) {
-    return !engine.batch(input.batch).articulation->lod.posed;
-  });
-  return all_have_shapes ? Status::kOk : Status::kLodWithoutShapes;
+  for (const BatchInput& input : job.inputs) {
+    const Articulation& articulation = *engine.batch(input.batch).articulation;
+    if (articulation.lod.posed) return Status::kLodWithoutShapes;
+    if (has_skin(articulation)) return Status::kSkinNotTaken;
+  }
+  return Status::kOk;
 }
 
 Status validate_pairs(const Engine& engine, const Call& call, Span<const Hit> pairs) {

@@ -19,6 +19,7 @@ struct PoseScratch {
   Span<PointTile> joints;         // by link: the joints of the tile that is updated
   Span<MotionTile> motions;       // by link: the poses of that tile, for Refit::kAabbVertices and sweep_margins
   Span<MotionTile> last_motions;  // by link: the poses of a tile in the frame before, for sweep_margins
+  Span<MotionTile> skin;          // PoseTile::skin
 };
 
 }  // namespace cab

@@ -43,6 +43,7 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Pos
   pose.motions = frame.policies.refit == Refit::kAabbVertices ? scratch.motions.data : nullptr;
   pose.flags = flags;
   if (batch.by_states) pose.links = scratch.links.data;
+  pose.skin = scratch.skin.data;
   const bool of_links = batch.active != batch.articulation;
   if (of_links) pose.range = kLinkRange * kMaxCoordinate;
   if (of_links || is_reach_lod(*batch.articulation)) pose.pads = kLinkPads;
@@ -70,7 +71,7 @@ void refit(const FrameContext& frame, const TileUpdate& tile, const kernel::Pose
   const Articulation& articulation = *pose.articulation;
   const std::size_t extents = static_cast<std::size_t>(frame.policies.extents);
   const bool all = tile.scope == RefitScope::kAllNodes;
-  if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch)) {
+  if (frame.policies.refit == Refit::kAabbVertices && !is_static(*tile.batch) && articulation.skin.empty()) {
     const PosePad pad = kernel::pad_of(kernel::is_rotated(pose), 1);
     kernels.fit_vertices({&articulation, all ? articulation.node_count : articulation.leaf_count, scratch.motions.data,
                           tile.bounds, pad, pose.margins});

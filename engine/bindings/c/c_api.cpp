@@ -110,6 +110,10 @@ CAB_SAME_VALUE(Status::kUnknownHistory, CAB_STATUS_UNKNOWN_HISTORY);
 CAB_SAME_VALUE(Status::kHistoryGivenTwice, CAB_STATUS_HISTORY_GIVEN_TWICE);
 CAB_SAME_VALUE(Status::kBadTime, CAB_STATUS_BAD_TIME);
 CAB_SAME_VALUE(Status::kBadHistoryPoses, CAB_STATUS_BAD_HISTORY_POSES);
+CAB_SAME_VALUE(Status::kBadSkin, CAB_STATUS_BAD_SKIN);
+CAB_SAME_VALUE(Status::kBadLeafTriangles, CAB_STATUS_BAD_LEAF_TRIANGLES);
+CAB_SAME_VALUE(Status::kTooManyInfluences, CAB_STATUS_TOO_MANY_INFLUENCES);
+CAB_SAME_VALUE(Status::kSkinNotTaken, CAB_STATUS_SKIN_NOT_TAKEN);
 CAB_SAME_TYPE(Isa);
 CAB_SAME_VALUE(Isa::kAuto, CAB_ISA_AUTO);
 CAB_SAME_VALUE(Isa::kScalar, CAB_ISA_SCALAR);
@@ -258,6 +262,13 @@ CAB_SAME_TYPE(Leaf);
 CAB_SAME_MEMBER(Leaf, link);
 CAB_SAME_MEMBER(Leaf, box);
 CAB_SAME_MEMBER(Leaf, parts);
+CAB_SAME_MEMBER(Leaf, triangles);
+CAB_SAME_TYPE(SkinDesc);
+CAB_SAME_MEMBER(SkinDesc, vertices);
+CAB_SAME_MEMBER(SkinDesc, influence_count);
+CAB_SAME_MEMBER(SkinDesc, influence_links);
+CAB_SAME_MEMBER(SkinDesc, influence_weights);
+CAB_SAME_MEMBER(SkinDesc, inverse_bind);
 CAB_SAME_TYPE(LinkPair);
 CAB_SAME_MEMBER(LinkPair, a);
 CAB_SAME_MEMBER(LinkPair, b);
@@ -268,6 +279,7 @@ CAB_SAME_MEMBER(ArticulationDesc, leaves);
 CAB_SAME_MEMBER(ArticulationDesc, ignored_pairs);
 CAB_SAME_MEMBER(ArticulationDesc, ignored_hops);
 CAB_SAME_MEMBER(ArticulationDesc, rest_pose);
+CAB_SAME_MEMBER(ArticulationDesc, skin);
 CAB_SAME_TYPE(LodLeaf);
 CAB_SAME_MEMBER(LodLeaf, link);
 CAB_SAME_MEMBER(LodLeaf, box);
@@ -572,10 +584,10 @@ CAB_SAME_MEMBER(BuildInfo, tbb);
 CAB_SAME_SPAN(cab_ConstDoubleSpan);
 CAB_SAME_SPAN(cab_ConstFloatSpan);
 CAB_SAME_SPAN(cab_ConstConvexPartSpan);
+CAB_SAME_SPAN(cab_ConstUint32Span);
 CAB_SAME_SPAN(cab_ConstInt32Span);
 CAB_SAME_SPAN(cab_ConstLeafSpan);
 CAB_SAME_SPAN(cab_ConstLinkPairSpan);
-CAB_SAME_SPAN(cab_ConstUint32Span);
 CAB_SAME_SPAN(cab_ConstLodLeafSpan);
 CAB_SAME_SPAN(cab_ConstStaticBodySpan);
 CAB_SAME_SPAN(cab_Uint8Span);
@@ -887,6 +899,8 @@ cab_StateView cab_default_state_view(void) { return cab::as<cab_StateView>(cab::
 cab_ConvexPart cab_default_convex_part(void) { return cab::as<cab_ConvexPart>(cab::ConvexPart()); }
 
 cab_Leaf cab_default_leaf(void) { return cab::as<cab_Leaf>(cab::Leaf()); }
+
+cab_SkinDesc cab_default_skin_desc(void) { return cab::as<cab_SkinDesc>(cab::SkinDesc()); }
 
 cab_ArticulationDesc cab_default_articulation_desc(void) {
   return cab::as<cab_ArticulationDesc>(cab::ArticulationDesc());

@@ -51,6 +51,14 @@ int main(void) {
   MEMBER(Leaf, link, "link", "u32", 0);
   MEMBER(Leaf, box, "box", "Box", 0);
   MEMBER(Leaf, parts, "parts", "[ConvexPart]", 0);
+  MEMBER(Leaf, triangles, "triangles", "[u32]", 0);
+  END();
+  STRUCT(SkinDesc, "true");
+  MEMBER(SkinDesc, vertices, "vertices", "[f32]", 0);
+  MEMBER(SkinDesc, influence_count, "influenceCount", "u32", 0);
+  MEMBER(SkinDesc, influence_links, "influenceLinks", "[u32]", 0);
+  MEMBER(SkinDesc, influence_weights, "influenceWeights", "[f32]", 0);
+  MEMBER(SkinDesc, inverse_bind, "inverseBind", "[f32]", 0);
   END();
   STRUCT(LinkPair, "false");
   MEMBER(LinkPair, a, "a", "u32", 0);
@@ -63,6 +71,7 @@ int main(void) {
   MEMBER(ArticulationDesc, ignored_pairs, "ignoredPairs", "[LinkPair]", 0);
   MEMBER(ArticulationDesc, ignored_hops, "ignoredHops", "u32", 0);
   MEMBER(ArticulationDesc, rest_pose, "restPose", "PoseView", 0);
+  MEMBER(ArticulationDesc, skin, "skin", "SkinDesc", 0);
   END();
   STRUCT(LodLeaf, "true");
   MEMBER(LodLeaf, link, "link", "u32", 0);
@@ -490,6 +499,10 @@ int main(void) {
   printf("    history_given_twice: %d,\n", (int)CAB_STATUS_HISTORY_GIVEN_TWICE);
   printf("    bad_time: %d,\n", (int)CAB_STATUS_BAD_TIME);
   printf("    bad_history_poses: %d,\n", (int)CAB_STATUS_BAD_HISTORY_POSES);
+  printf("    bad_skin: %d,\n", (int)CAB_STATUS_BAD_SKIN);
+  printf("    bad_leaf_triangles: %d,\n", (int)CAB_STATUS_BAD_LEAF_TRIANGLES);
+  printf("    too_many_influences: %d,\n", (int)CAB_STATUS_TOO_MANY_INFLUENCES);
+  printf("    skin_not_taken: %d,\n", (int)CAB_STATUS_SKIN_NOT_TAKEN);
   printf("  }},\n");
   printf("  Isa: {type: 'u8', values: {\n");
   printf("    auto: %d,\n", (int)CAB_ISA_AUTO);

@@ -52,14 +52,15 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 
 // Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If desc
 // is refused, *bad_element (may be null) receives the index of the bad element: of the link for kBadParent and
-// kBadJoint, of the leaf for kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape and kShapeOutsideLeafBox, and of the
-// entry of ignored_pairs for kBadIgnoredPair. With other statuses *bad_element has no meaning.
+// kBadJoint, of the leaf for kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox,
+// kBadLeafTriangles and kTooManyInfluences, of the vertex or the link for kBadSkin, and of the entry of ignored_pairs
+// for kBadIgnoredPair. With other statuses *bad_element has no meaning.
 // Cost: too high for every frame. Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts
 // and vertices. While the call runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight
 // bytes per pair of leaves.
 // Statuses: kBusy, kBadOutput (out is null), kNoLinks, kTooManyLinks, kBadParent, kBadJoint, kNoLeaves, kTooManyLeaves,
-// kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadIgnoredPair, kBadRestPose,
-// kOutOfMemory.
+// kBadLeafLink, kBadLeafBox, kBadLeafAxes, kBadShape, kShapeOutsideLeafBox, kBadSkin, kBadLeafTriangles,
+// kTooManyInfluences, kBadIgnoredPair, kBadRestPose, kOutOfMemory.
 // Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_articulation(Engine& engine, const ArticulationDesc& desc, ArticulationId* out,
                                               std::uint32_t* bad_element = nullptr) noexcept;
@@ -98,7 +99,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadLod (also for a link with leaves in no leaf of
 // the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's tree),
 // kBadRestPose, kTooFewLeaves, kTooManyLeaves, kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes,
-// kLodLeafTooSmall, kOutOfMemory.
+// kLodLeafTooSmall, kSkinNotTaken, kOutOfMemory.
 // Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out,
                                      std::uint32_t* bad_leaf = nullptr) noexcept;
@@ -165,8 +166,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // has figures. The engine allocates nothing. With TBB its tasks may allocate, and with Exact::kFcl FCL does, both by
 // their own means.
 // Statuses: kBusy, the input statuses, kMovedAtRest, kBadPairRule, kPairRuleGivenTwice, kBadPolicy, kExactNotBuilt,
-// kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kHitsOverflow,
-// kOutOfMemory (TBB had no memory for its tasks, or the hits needed more than there is).
+// kBadReport, kBadMargin, kBadMinDepth, kBadHitBuffer, kContactsNeedExact, kLodWithoutShapes, kSkinNotTaken (with an
+// exact test), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks, or the hits needed more than there is).
 // Thread: any, alone on its engine. It returns when all tasks have ended.
 [[nodiscard]] CAB_API Status run_frame(Engine& engine, FrameJob& job) noexcept;
 
@@ -231,9 +232,10 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes room.
 // Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
-// neither kNone nor kConvex), kLodWithoutShapes, kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
-// or counts is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks);
-// and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that is not one of this engine.
+// neither kNone nor kConvex), kLodWithoutShapes, kSkinNotTaken (with kConvex), kUnknownHistory, kHistoryGivenTwice,
+// kBadHitBuffer, kBadOutput (found or counts is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB
+// had no memory for its tasks); and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that
+// is not one of this engine.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
@@ -243,7 +245,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200 bytes more per
 // character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
-// nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
+// nodes), kSkinNotTaken, kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
 // Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
 
@@ -277,8 +279,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // passed each other at a distance too. Instances that `last` does not have, or that are masked in one of the two, get
 // 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags.
 // Cost: poses every instance twice, on all threads; allocates nothing.
-// Statuses: kBusy, the input statuses, kBadBatchKind (the two are not one batch of characters), kBadOutput (margins is
-// too small), kOutOfMemory (TBB had no memory for its tasks).
+// Statuses: kBusy, the input statuses, kBadBatchKind (the two are not one batch of characters), kSkinNotTaken,
+// kBadOutput (margins is too small), kOutOfMemory (TBB had no memory for its tasks).
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& input,
                                            Span<float> margins) noexcept;
@@ -298,7 +300,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not
 // depend on instruction set or threads.
 // Statuses: kBusy, the input statuses, kBadResolution, kBadPairs (a pair that compute_contacts refuses, or a batch that
-// `last` lacks), kBadOutput (moments is shorter than pairs), kOutOfMemory.
+// `last` lacks), kSkinNotTaken, kBadOutput (moments is shorter than pairs), kOutOfMemory.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status find_touching_moments(Engine& engine, Span<const BatchInput> last,
                                                    Span<const BatchInput> inputs, float resolution,
@@ -322,8 +324,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: kBusy, the input statuses, kBadPairs, kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no
-// memory for its tasks).
+// Statuses: kBusy, the input statuses, kSkinNotTaken, kBadPairs, kBadOutput (contacts is shorter than pairs),
+// kOutOfMemory (TBB had no memory for its tasks).
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<const Hit> pairs,
                                               Span<Contact> contacts) noexcept;

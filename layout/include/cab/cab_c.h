@@ -67,6 +67,7 @@ typedef struct cab_PoseView cab_PoseView;
 typedef struct cab_StateView cab_StateView;
 typedef struct cab_ConvexPart cab_ConvexPart;
 typedef struct cab_Leaf cab_Leaf;
+typedef struct cab_SkinDesc cab_SkinDesc;
 typedef struct cab_LinkPair cab_LinkPair;
 typedef struct cab_ArticulationDesc cab_ArticulationDesc;
 typedef struct cab_LodLeaf cab_LodLeaf;
@@ -128,6 +129,10 @@ typedef struct cab_ConstConvexPartSpan {
   const cab_ConvexPart* data;  // the first value
   size_t size;                 // how many values
 } cab_ConstConvexPartSpan;
+typedef struct cab_ConstUint32Span {
+  const uint32_t* data;  // the first value
+  size_t size;           // how many values
+} cab_ConstUint32Span;
 typedef struct cab_ConstInt32Span {
   const int32_t* data;  // the first value
   size_t size;          // how many values
@@ -140,10 +145,6 @@ typedef struct cab_ConstLinkPairSpan {
   const cab_LinkPair* data;  // the first value
   size_t size;               // how many values
 } cab_ConstLinkPairSpan;
-typedef struct cab_ConstUint32Span {
-  const uint32_t* data;  // the first value
-  size_t size;           // how many values
-} cab_ConstUint32Span;
 typedef struct cab_ConstLodLeafSpan {
   const cab_LodLeaf* data;  // the first value
   size_t size;              // how many values
@@ -460,6 +461,12 @@ enum {
   CAB_STATUS_HISTORY_GIVEN_TWICE = 75,  // histories holds two histories of the same batch
   CAB_STATUS_BAD_TIME = 76,             // a time must be finite, and later than those that the history has
   CAB_STATUS_BAD_HISTORY_POSES = 77,    // a history takes neither mirrored links nor matrices that hold scales
+  CAB_STATUS_BAD_SKIN = 78,  // skin needs finite vertices, invertible finite matrices, and weights of existing links
+  // triangles of a leaf must be three vertices of the skin each, without parts beside them
+  CAB_STATUS_BAD_LEAF_TRIANGLES = 79,
+  // triangles of a leaf are moved by more than 32 other links; a smaller leaf has fewer
+  CAB_STATUS_TOO_MANY_INFLUENCES = 80,
+  CAB_STATUS_SKIN_NOT_TAKEN = 81,  // the call, or the exact test, does not take an articulation with a skin yet
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -629,7 +636,31 @@ typedef struct cab_Leaf {
   // The exact shape, as a union of convex parts. Exact tests and CAB_REFIT_AABB_VERTICES use it; to the latter a half
   // space is the box. Empty (default): the shape is the box itself.
   cab_ConstConvexPartSpan parts;
+
+  // The triangles of cab_ArticulationDesc.skin that the leaf stands for: three indices of vertices each. The library
+  // makes the box about them, and in every frame grows it by what other links do to them, so that it holds them in
+  // every pose. Then `box` is not read, and there are no parts. Some 50 to 200 triangles that are next to each other,
+  // most of whose weight is on `link`, make a tight box. Empty (default): the leaf is rigid.
+  cab_ConstUint32Span triangles;
 } cab_Leaf;
+
+// The skin of a character: vertices that several links move by a linear blend ("linear blend skinning"). A vertex v is
+// at the sum over its links of weight * pose of the link * bind of the link * v.
+typedef struct cab_SkinDesc {
+  // x y z per vertex, in the skin's own frame and in the caller's unit.
+  cab_ConstFloatSpan vertices;
+
+  // How many links move a vertex at most; the index of each, and its weight: influence_count values per vertex. A
+  // weight of 0 has no effect, others are above 0. The weights of a vertex are divided by their sum, which is not 0.
+  uint32_t influence_count;
+  cab_ConstUint32Span influence_links;
+  cab_ConstFloatSpan influence_weights;
+
+  // One matrix per link from the skin's frame to the link's, the "inverse bind matrix": 16 floats by columns, as in
+  // glTF and ozz; the last row is not read. It may scale, shear and mirror. Empty (default): the frames of links are
+  // that of the skin, as where poses are the matrices of a palette.
+  cab_ConstFloatSpan inverse_bind;
+} cab_SkinDesc;
 
 // Two links of one articulation, in either order.
 typedef struct cab_LinkPair {
@@ -637,9 +668,9 @@ typedef struct cab_LinkPair {
   uint32_t b;  // index of a link; a pair of equal links has no effect
 } cab_LinkPair;
 
-// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added. The last
-// three members say which links of one instance are never reported against each other. They have no effect on pairs of
-// different instances.
+// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added.
+// ignored_pairs, ignored_hops and rest_pose say which links of one instance are never reported against each other. They
+// have no effect on pairs of different instances.
 typedef struct cab_ArticulationDesc {
   // The index of each link's parent, lower than the link's own index, or -1 for the root of a tree. The first link is a
   // root. There are 1 to CAB_MAX_LINKS links.
@@ -662,6 +693,11 @@ typedef struct cab_ArticulationDesc {
   // The pose of one instance. Two links are ignored if their oriented leaf boxes touch in this pose, without an
   // orientation or an exact test. Without data (default): no pair is ignored for this reason.
   cab_PoseView rest_pose;
+
+  // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
+  // queries by boxes, and cab_compute_boxes. Calls that need more of it answer CAB_STATUS_SKIN_NOT_TAKEN: exact tests,
+  // histories, sweeps and levels.
+  cab_SkinDesc skin;
 } cab_ArticulationDesc;
 
 // What the leaves of a coarser level are.
@@ -1565,15 +1601,17 @@ CAB_API void cab_destroy_engine(cab_Engine* engine);
 // Adds an articulation, and writes its id to *out, which must not be null. All of desc is checked and copied. If desc
 // is refused, *bad_element (may be null) receives the index of the bad element: of the link for CAB_STATUS_BAD_PARENT
 // and CAB_STATUS_BAD_JOINT, of the leaf for CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX,
-// CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE and CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, and of the entry of
-// ignored_pairs for CAB_STATUS_BAD_IGNORED_PAIR. With other statuses *bad_element has no meaning. Cost: too high for
-// every frame. Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts and vertices. While
-// the call runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight bytes per pair of
-// leaves. Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_LINKS,
-// CAB_STATUS_TOO_MANY_LINKS, CAB_STATUS_BAD_PARENT, CAB_STATUS_BAD_JOINT, CAB_STATUS_NO_LEAVES,
-// CAB_STATUS_TOO_MANY_LEAVES, CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES,
-// CAB_STATUS_BAD_SHAPE, CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_BAD_IGNORED_PAIR, CAB_STATUS_BAD_REST_POSE,
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
+// CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE, CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_BAD_LEAF_TRIANGLES and
+// CAB_STATUS_TOO_MANY_INFLUENCES, of the vertex or the link for CAB_STATUS_BAD_SKIN, and of the entry of ignored_pairs
+// for CAB_STATUS_BAD_IGNORED_PAIR. With other statuses *bad_element has no meaning. Cost: too high for every frame.
+// Memory: one bit per ordered pair of links, and memory in proportion to leaves, parts and vertices. While the call
+// runs, ignored_hops takes two bytes per ordered pair of links, and rest_pose about eight bytes per pair of leaves.
+// Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_LINKS, CAB_STATUS_TOO_MANY_LINKS,
+// CAB_STATUS_BAD_PARENT, CAB_STATUS_BAD_JOINT, CAB_STATUS_NO_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,
+// CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE,
+// CAB_STATUS_SHAPE_OUTSIDE_LEAF_BOX, CAB_STATUS_BAD_SKIN, CAB_STATUS_BAD_LEAF_TRIANGLES,
+// CAB_STATUS_TOO_MANY_INFLUENCES, CAB_STATUS_BAD_IGNORED_PAIR, CAB_STATUS_BAD_REST_POSE, CAB_STATUS_OUT_OF_MEMORY.
+// Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_articulation(cab_Engine* engine, const cab_ArticulationDesc* desc, cab_ArticulationId* out,
                                         uint32_t* bad_element);
 
@@ -1612,7 +1650,7 @@ CAB_API cab_Status cab_compute_link_poses(const cab_KinematicsDesc* desc, cab_Co
 // (also for a link with leaves in no leaf of the level or in two, for two leaves on one link, and for a leaf whose
 // links are not in its link's tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,
 // CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES,
-// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
+// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out,
                                uint32_t* bad_leaf);
 
@@ -1679,8 +1717,9 @@ CAB_API cab_Status cab_remove_articulation(cab_Engine* engine, cab_ArticulationI
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_MOVED_AT_REST, CAB_STATUS_BAD_PAIR_RULE,
 // CAB_STATUS_PAIR_RULE_GIVEN_TWICE, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, CAB_STATUS_BAD_REPORT,
 // CAB_STATUS_BAD_MARGIN, CAB_STATUS_BAD_MIN_DEPTH, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_CONTACTS_NEED_EXACT,
-// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks,
-// or the hits needed more than there is). Thread: any, alone on its engine. It returns when all tasks have ended.
+// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_SKIN_NOT_TAKEN (with an exact test), CAB_STATUS_HITS_OVERFLOW,
+// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks, or the hits needed more than there is). Thread: any, alone
+// on its engine. It returns when all tasks have ended.
 CAB_API cab_Status cab_run_frame(cab_Engine* engine, cab_FrameJob* job);
 
 // Begins a frame whose tasks the caller runs, for engines with a task graph of their own: no thread waits for another
@@ -1745,10 +1784,11 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes
 // room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a
 // sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
-// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER,
-// CAB_STATUS_BAD_OUTPUT (found or counts is neither empty nor as long as queries), CAB_STATUS_HITS_OVERFLOW,
-// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch
-// was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside other reads.
+// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_SKIN_NOT_TAKEN (with CAB_EXACT_CONVEX), CAB_STATUS_UNKNOWN_HISTORY,
+// CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found or counts is neither empty
+// nor as long as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
+// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed, and for an ignored_batch that is not one of this
+// engine. Thread: any, beside other reads.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
@@ -1757,8 +1797,8 @@ CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 // cab_remove_history. Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200
 // bytes more per character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_BATCH_KIND
-// (a sequence, static bodies, a level of nodes), CAB_STATUS_BAD_TICKS, CAB_STATUS_TOO_MANY_INSTANCES (4096 histories),
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
+// (a sequence, static bodies, a level of nodes), CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_TICKS,
+// CAB_STATUS_TOO_MANY_INSTANCES (4096 histories), CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_history(cab_Engine* engine, const cab_HistoryDesc* desc, cab_HistoryId* out);
 
 // Removes a history, and gives back its memory. The id becomes invalid.
@@ -1792,8 +1832,8 @@ CAB_API cab_Status cab_history_span(const cab_Engine* engine, cab_HistoryId id, 
 // 0. `margins` must have room for all instances. Reads no layers and no margins, and writes no flags.
 // Cost: poses every instance twice, on all threads; allocates nothing.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (the two are not one batch of characters),
-// CAB_STATUS_BAD_OUTPUT (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
-// Thread: any, beside other reads.
+// CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_OUTPUT (margins is too small), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory
+// for its tasks). Thread: any, beside other reads.
 CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* last, const cab_BatchInput* input,
                                      cab_FloatSpan margins);
 
@@ -1812,8 +1852,8 @@ CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* l
 // they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not
 // depend on instruction set or threads.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_RESOLUTION, CAB_STATUS_BAD_PAIRS (a pair that
-// cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_BAD_OUTPUT (moments is shorter than pairs),
-// CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
+// cab_compute_contacts refuses, or a batch that `last` lacks), CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_OUTPUT
+// (moments is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
 CAB_API cab_Status cab_find_touching_moments(cab_Engine* engine, cab_ConstBatchInputSpan last,
                                              cab_ConstBatchInputSpan inputs, float resolution, cab_ConstHitSpan pairs,
                                              cab_FloatSpan moments);
@@ -1836,8 +1876,8 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
 // finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT (contacts is shorter than
-// pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT
+// (contacts is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
 // Thread: any, beside other reads.
 CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
                                         cab_ContactSpan contacts);
@@ -1969,6 +2009,7 @@ CAB_API cab_PoseView cab_default_pose_view(void);
 CAB_API cab_StateView cab_default_state_view(void);
 CAB_API cab_ConvexPart cab_default_convex_part(void);
 CAB_API cab_Leaf cab_default_leaf(void);
+CAB_API cab_SkinDesc cab_default_skin_desc(void);
 CAB_API cab_ArticulationDesc cab_default_articulation_desc(void);
 CAB_API cab_LodLeaf cab_default_lod_leaf(void);
 CAB_API cab_LodDesc cab_default_lod_desc(void);

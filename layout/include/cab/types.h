@@ -126,6 +126,10 @@ enum class Status : std::int32_t {
   kHistoryGivenTwice,  // histories holds two histories of the same batch
   kBadTime,            // a time must be finite, and later than those that the history has
   kBadHistoryPoses,    // a history takes neither mirrored links nor matrices that hold scales
+  kBadSkin,            // skin needs finite vertices, invertible finite matrices, and weights of existing links
+  kBadLeafTriangles,   // triangles of a leaf must be three vertices of the skin each, without parts beside them
+  kTooManyInfluences,  // triangles of a leaf are moved by more than 32 other links; a smaller leaf has fewer
+  kSkinNotTaken,       // the call, or the exact test, does not take an articulation with a skin yet
 };
 
 // Limits. Links and leaves are counted per articulation, instances per batch, batches and workers of a caller's
@@ -289,6 +293,30 @@ struct Leaf {
   // The exact shape, as a union of convex parts. Exact tests and Refit::kAabbVertices use it; to the latter a half
   // space is the box. Empty (default): the shape is the box itself.
   Span<const ConvexPart> parts;
+
+  // The triangles of ArticulationDesc::skin that the leaf stands for: three indices of vertices each. The library makes
+  // the box about them, and in every frame grows it by what other links do to them, so that it holds them in every
+  // pose. Then `box` is not read, and there are no parts. Some 50 to 200 triangles that are next to each other, most of
+  // whose weight is on `link`, make a tight box. Empty (default): the leaf is rigid.
+  Span<const std::uint32_t> triangles = {};
+};
+
+// The skin of a character: vertices that several links move by a linear blend ("linear blend skinning"). A vertex v is
+// at the sum over its links of weight * pose of the link * bind of the link * v.
+struct SkinDesc {
+  // x y z per vertex, in the skin's own frame and in the caller's unit.
+  Span<const float> vertices;
+
+  // How many links move a vertex at most; the index of each, and its weight: influence_count values per vertex. A
+  // weight of 0 has no effect, others are above 0. The weights of a vertex are divided by their sum, which is not 0.
+  std::uint32_t influence_count = 4;
+  Span<const std::uint32_t> influence_links;
+  Span<const float> influence_weights;
+
+  // One matrix per link from the skin's frame to the link's, the "inverse bind matrix": 16 floats by columns, as in
+  // glTF and ozz; the last row is not read. It may scale, shear and mirror. Empty (default): the frames of links are
+  // that of the skin, as where poses are the matrices of a palette.
+  Span<const float> inverse_bind;
 };
 
 // Two links of one articulation, in either order.
@@ -297,9 +325,9 @@ struct LinkPair {
   std::uint32_t b = 0;  // index of a link; a pair of equal links has no effect
 };
 
-// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added. The last
-// three members say which links of one instance are never reported against each other. They have no effect on pairs of
-// different instances.
+// An articulation: one tree of links, or several, and the leaves on them. It does not change once it is added.
+// ignored_pairs, ignored_hops and rest_pose say which links of one instance are never reported against each other. They
+// have no effect on pairs of different instances.
 struct ArticulationDesc {
   // The index of each link's parent, lower than the link's own index, or -1 for the root of a tree. The first link is a
   // root. There are 1 to kMaxLinks links.
@@ -322,6 +350,11 @@ struct ArticulationDesc {
   // The pose of one instance. Two links are ignored if their oriented leaf boxes touch in this pose, without an
   // orientation or an exact test. Without data (default): no pair is ignored for this reason.
   PoseView rest_pose = {};
+
+  // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
+  // queries by boxes, and compute_boxes. Calls that need more of it answer Status::kSkinNotTaken: exact tests,
+  // histories, sweeps and levels.
+  SkinDesc skin = {};
 };
 
 // What the leaves of a coarser level are.

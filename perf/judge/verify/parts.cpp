@@ -39,7 +39,7 @@ const std::vector<VerifyPart>& verify_parts() {
   // The inputs of a part depend on its place, so new ones come last.
   static const std::vector<VerifyPart> parts = {
       merges_part(),  overlaps_part(), trees_part(),  frames_part(), shapes_part(),   queries_part(), rays_part(),
-      motions_part(), spheres_part(),  points_part(), boxes_part(),  capsules_part(), regions_part()};
+      motions_part(), spheres_part(),  points_part(), boxes_part(),  capsules_part(), regions_part(), surfaces_part()};
   return parts;
 }
 

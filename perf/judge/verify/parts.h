@@ -138,6 +138,7 @@ VerifyPart points_part();
 VerifyPart boxes_part();
 VerifyPart capsules_part();
 VerifyPart regions_part();
+VerifyPart surfaces_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();

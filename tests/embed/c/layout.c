@@ -40,6 +40,13 @@ void print_layout(void) {
   MEMBER(cab_Leaf, link);
   MEMBER(cab_Leaf, box);
   MEMBER(cab_Leaf, parts);
+  MEMBER(cab_Leaf, triangles);
+  TYPE(cab_SkinDesc);
+  MEMBER(cab_SkinDesc, vertices);
+  MEMBER(cab_SkinDesc, influence_count);
+  MEMBER(cab_SkinDesc, influence_links);
+  MEMBER(cab_SkinDesc, influence_weights);
+  MEMBER(cab_SkinDesc, inverse_bind);
   TYPE(cab_LinkPair);
   MEMBER(cab_LinkPair, a);
   MEMBER(cab_LinkPair, b);
@@ -50,6 +57,7 @@ void print_layout(void) {
   MEMBER(cab_ArticulationDesc, ignored_pairs);
   MEMBER(cab_ArticulationDesc, ignored_hops);
   MEMBER(cab_ArticulationDesc, rest_pose);
+  MEMBER(cab_ArticulationDesc, skin);
   TYPE(cab_LodLeaf);
   MEMBER(cab_LodLeaf, link);
   MEMBER(cab_LodLeaf, box);

@@ -12,9 +12,9 @@ using namespace cab;
 
 TEST_CASE("every status has its own words, and a number beyond them is no status") {
   const std::string none = to_string(static_cast<Status>(-1));
-  CHECK(to_string(static_cast<Status>(static_cast<int>(Status::kBadHistoryPoses) + 1)) == none);
+  CHECK(to_string(static_cast<Status>(static_cast<int>(Status::kSkinNotTaken) + 1)) == none);
   std::set<std::string> words;
-  for (int status = 0; status <= static_cast<int>(Status::kBadHistoryPoses); ++status) {
+  for (int status = 0; status <= static_cast<int>(Status::kSkinNotTaken); ++status) {
     const std::string word = to_string(static_cast<Status>(status));
     CAPTURE(word);
     CHECK(!word.empty());
@@ -45,11 +45,11 @@ TEST_CASE(
     const std::string name = line.substr(2, line.find_first_of(" ,", 2) - 2);
     if (name != "kOk") CHECK(call_text.find(name) != std::string::npos);
   }
-  CHECK(status == static_cast<int>(Status::kBadHistoryPoses) + 1);
+  CHECK(status == static_cast<int>(Status::kSkinNotTaken) + 1);
 }
 
 TEST_CASE("the words of a status begin with a small letter and end without a period") {
-  for (int status = 0; status <= static_cast<int>(Status::kBadHistoryPoses); ++status) {
+  for (int status = 0; status <= static_cast<int>(Status::kSkinNotTaken); ++status) {
     const std::string words = to_string(static_cast<Status>(status));
     CAPTURE(words);
     CHECK(words.front() >= 'a');

@@ -86,6 +86,10 @@ class Status(enum.IntEnum):
     HISTORY_GIVEN_TWICE = enum.auto()
     BAD_TIME = enum.auto()
     BAD_HISTORY_POSES = enum.auto()
+    BAD_SKIN = enum.auto()
+    BAD_LEAF_TRIANGLES = enum.auto()
+    TOO_MANY_INFLUENCES = enum.auto()
+    SKIN_NOT_TAKEN = enum.auto()
 
     @property
     def words(self) -> str:

@@ -258,6 +258,13 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
     CHECK(sum_of(part, "undecided") < sum_of(part, "pairs") / 10);
   }
   for (const Json& row : queries["rows"]) CHECK(row["off_u"] < 128);
+  // By five regimes and three formats of poses.
+  const Json& surfaces = part_of(one.counts, "surfaces");
+  CHECK(surfaces["rows"].size() == 5 * 3);
+  for (const Json& row : surfaces["rows"]) {
+    CHECK(row["judged"] > 1000);
+    CHECK(row["excess_ulps"] <= 0);
+  }
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "2", "--seed", "5", "--threads", "2"}).counts == one.counts);
   CHECK(run_verify({"--rounds", "2", "--seed", "6", "--threads", "2"}).counts != one.counts);

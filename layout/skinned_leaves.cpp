@@ -1,0 +1,221 @@
+#include "layout/skinned_leaves.h"
+
+#include "layout/error_bounds.h"
+#include "layout/fit_box.h"
+#include "layout/rounded_up.h"
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+#include <algorithm>
+#include <cmath>
+
+namespace cab {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+// What doubles round here, as a share of numbers up to some ones.
+constexpr double kDoubles = 1e-12;
+
+// The largest slope of a weight along a leaf's box. Steeper ones would do more for what rounds than for the box.
+constexpr double kMostSlope = 2;
+
+// Small against the count of vertices: keeps slopes small along axes in which there is nothing to fit.
+constexpr double kRidge = 1e-4;
+
+struct Range {
+  double lo = HUGE_VAL, hi = -HUGE_VAL;
+
+  void add(double x) {
+    lo = std::min(lo, x);
+    hi = std::max(hi, x);
+  }
+  // Writes the middle as a float and half the length about it, rounded up.
+  void store(double rounding, float& center, float& half) const {
+    center = static_cast<float>((lo + hi) / 2);
+    half = rounded_up(std::max(hi - static_cast<double>(center), static_cast<double>(center) - lo) + rounding);
+  }
+};
+
+// A box with its axes as columns, and the inverse of these.
+struct Frame {
+  Vector3d center, half;
+  Matrix3d axes, inverse;
+
+  explicit Frame(const Box& box) {
+    for (int k = 0; k < 3; ++k) {
+      center[k] = static_cast<double>(box.center[k]);
+      half[k] = static_cast<double>(box.half[k]);
+      for (int c = 0; c < 3; ++c) axes(c, k) = static_cast<double>(box.axis[k][c]);
+    }
+    inverse = axes.inverse();
+  }
+};
+
+// Fits a box about points: that of fit_box about the points as floats, with half extents that hold the points as they
+// are.
+Box box_about(const Points& points) {
+  std::vector<float> floats;
+  floats.reserve(3 * points.size());
+  for (const Vector3d& p : points)
+    for (int c = 0; c < 3; ++c) floats.push_back(static_cast<float>(p[c]));
+  Box box;
+  if (fit_box_to_vertices(floats, &box) != Status::kOk) return box;
+  const Frame frame(box);
+  for (const Vector3d& p : points) {
+    const Vector3d y = frame.inverse * (p - frame.center);
+    for (int k = 0; k < 3; ++k) box.half[k] = std::max(box.half[k], rounded_up(std::fabs(y[k]) * (1 + kDoubles)));
+  }
+  return box;
+}
+
+// The coordinates of points in a box: along its axes about its centre, in half extents.
+Points coordinates_in(const Frame& frame, const Points& points) {
+  Points out;
+  out.reserve(points.size());
+  for (const Vector3d& p : points) {
+    Vector3d y = frame.inverse * (p - frame.center);
+    for (int k = 0; k < 3; ++k) y[k] = frame.half[k] > 0 ? y[k] / frame.half[k] : 0;
+    out.push_back(y);
+  }
+  return out;
+}
+
+// Writes the weight and slope that come closest to weights at coordinates, by least squares.
+void fit_weights(const Points& at, const std::vector<double>& weights, LeafInfluence& out) {
+  Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (std::size_t v = 0; v < at.size(); ++v) {
+    const Eigen::Vector4d row(1, at[v][0], at[v][1], at[v][2]);
+    sums += row * row.transpose();
+    right += weights[v] * row;
+  }
+  for (int k = 1; k < 4; ++k) sums(k, k) += kRidge * static_cast<double>(at.size());
+  const Eigen::Vector4d fit = sums.colPivHouseholderQr().solve(right);
+  for (int k = 0; k < 3; ++k) out.slope[k] = static_cast<float>(std::clamp(fit[k + 1], -kMostSlope, kMostSlope));
+}
+
+// The sum of magnitudes of three floats, in double.
+double sum_of(const float (&v)[3]) {
+  double out = 0;
+  for (const float c : v) out += std::fabs(static_cast<double>(c));
+  return out;
+}
+
+// What a link with such weights does to the vertices of a box with these coordinates.
+LeafInfluence influence_of(const Points& at, const std::vector<double>& weights) {
+  LeafInfluence out = {};
+  fit_weights(at, weights, out);
+  Range rest, bent[3], moved[3];
+  const auto slope = [&](const Vector3d& y) {
+    double sum = 0;
+    for (int k = 0; k < 3; ++k) sum += static_cast<double>(out.slope[k]) * y[k];
+    return sum;
+  };
+  for (std::size_t v = 0; v < at.size(); ++v) rest.add(weights[v] - slope(at[v]));
+  rest.store(kDoubles, out.weight, out.slack);
+  for (std::size_t v = 0; v < at.size(); ++v)
+    for (int k = 0; k < 3; ++k) {
+      bent[k].add((weights[v] - static_cast<double>(out.weight)) * at[v][k]);
+      if (weights[v] > 0) moved[k].add(at[v][k]);
+    }
+  double most_bent = 0;
+  for (int k = 0; k < 3; ++k) {
+    bent[k].store(kDoubles, out.bent_center[k], out.bent_half[k]);
+    moved[k].store(kDoubles, out.moved_center[k], out.moved_half[k]);
+    most_bent =
+        std::max(most_bent, std::fabs(static_cast<double>(out.bent_center[k])) + static_cast<double>(out.bent_half[k]));
+  }
+  const double weight = std::fabs(static_cast<double>(out.weight));
+  const double gain = 2 * weight + sum_of(out.slope) + static_cast<double>(out.slack) + most_bent;
+  out.gain = rounded_up(static_cast<double>(kGrowPad) * std::max(1.0, gain));
+  return out;
+}
+
+}  // namespace
+
+void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]) {
+  const double *v = skin.vertices.data + 3 * vertex, *row = skin.binds.data + std::size_t{12} * link;
+  for (int c = 0; c < 3; ++c, row += 4) out[c] = row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3];
+}
+
+double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link) {
+  double own = 0, all = 0;
+  for (std::uint32_t i = 0; i < skin.influence_count; ++i) {
+    const double w = skin.weights[vertex * skin.influence_count + i];
+    all += w;
+    if (skin.links[vertex * skin.influence_count + i] == link) own += w;
+  }
+  return own / all;
+}
+
+bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out) {
+  Points points;
+  std::vector<std::uint32_t> links;
+  for (const std::uint32_t vertex : vertices) {
+    double p[3];
+    bind_vertex(skin, vertex, link, p);
+    points.emplace_back(p[0], p[1], p[2]);
+    for (std::uint32_t i = 0; i < skin.influence_count; ++i)
+      if (skin.weights[std::size_t{vertex} * skin.influence_count + i] > 0)
+        links.push_back(skin.links[std::size_t{vertex} * skin.influence_count + i]);
+  }
+  std::sort(links.begin(), links.end());
+  links.erase(std::unique(links.begin(), links.end()), links.end());
+  out = {};
+  out.box = box_about(points);
+  const Frame frame(out.box);
+  const Points at = coordinates_in(frame, points);
+
+  // From the leaf's link as it was bound to the skin, and on to another link.
+  const auto bind = [&](std::uint32_t of) {
+    const double* rows = skin.binds.data + std::size_t{12} * of;
+    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 4; ++c) m(r, c) = rows[4 * r + c];
+    return m;
+  };
+  const Eigen::Matrix4d unbind = bind(link).inverse();
+  Range own[3];
+  std::vector<double> weights(at.size());
+  for (const std::uint32_t other : links) {
+    for (std::size_t v = 0; v < at.size(); ++v) weights[v] = weight_of(skin, vertices[v], other);
+    if (other == link) {
+      for (std::size_t v = 0; v < at.size(); ++v)
+        for (int k = 0; k < 3 && weights[v] > 0; ++k) own[k].add(at[v][k] * frame.half[k]);
+      continue;
+    }
+    LeafInfluence influence = influence_of(at, weights);
+    const Eigen::Matrix4d to = bind(other) * unbind;
+    const Vector3d center = (to * Eigen::Vector4d(frame.center[0], frame.center[1], frame.center[2], 1)).head<3>();
+    double size = 0;
+    for (int c = 0; c < 3; ++c) {
+      influence.center[c] = static_cast<float>(center[c]);
+      size += std::fabs(static_cast<double>(influence.center[c]));
+    }
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d edge = to.topLeftCorner<3, 3>() * (frame.half[k] * frame.axes.col(k));
+      for (int c = 0; c < 3; ++c) {
+        influence.edge[k][c] = static_cast<float>(edge[c]);
+        size += std::fabs(static_cast<double>(influence.edge[k][c]));
+      }
+    }
+    influence.size = rounded_up(size);
+    out.influences.push_back(influence);
+    out.links.push_back(static_cast<std::uint16_t>(other));
+  }
+  // Without a vertex of its own the link adds nothing to the hull: a box that is empty everywhere.
+  for (int k = 0; k < 3; ++k) {
+    if (own[k].lo <= own[k].hi)
+      own[k].store(kDoubles * frame.half[k], out.own.center[k], out.own.half[k]);
+    else
+      out.own.half[k] = -kMaxCoordinate;
+  }
+  return out.influences.size() <= kMaxInfluences;
+}
+
+}  // namespace cab

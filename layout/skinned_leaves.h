@@ -1,0 +1,83 @@
+// Leaves of a skin: boxes on one link, about vertices that other links move too. Such a box grows with the poses of
+// these links, so that it holds its vertices without skinning them (kernels/grow_leaves.h).
+//
+// The skin is one of linear blends. A vertex is at the sum over its links i of w_i T_i B_i v: its weights add to 1, T_i
+// is the pose of link i, and B_i takes points of the skin to that link, as in the pose in which links were bound to it.
+//
+// A leaf's own coordinates y are along the axes of its box, about the box's centre, in half extents: vertices have
+// |y_k| <= 1, and 0 where the box is flat.
+#pragma once
+
+#include <cab/types.h>
+
+#include <vector>
+
+namespace cab {
+
+// What another link does to the vertices of a leaf.
+struct LeafInfluence {
+  std::uint32_t relative;  // which of SkinnedLeaves::relatives of the leaf's link
+  // The leaf's box in the frame of the other link, when that was bound: its centre and half edges.
+  float center[3];
+  float edge[3][3];
+  float size;  // |center|_1 + the sum of |edge|_1
+  // The link's weight at y is weight + slope . y, to within slack.
+  float weight, slope[3], slack;
+  // The box of (w - weight) y.
+  float bent_center[3], bent_half[3];
+  // The box of the vertices that the link moves.
+  float moved_center[3], moved_half[3];
+  float gain;  // how much the roundings of where the link is may grow
+};
+static_assert(sizeof(LeafInfluence) == 128);
+
+// The vertices of a leaf that its own link moves: their box, along the axes of the leaf's about its centre, in lengths.
+struct OwnVertices {
+  float center[3], half[3];
+};
+
+// The most links that move a leaf besides its own.
+inline constexpr std::uint32_t kMaxInfluences = 32;
+
+// What an articulation has of its skin.
+struct SkinnedLeaves {
+  Span<const std::uint16_t> relatives;        // links that are looked at from another, by that one
+  Span<const std::uint32_t> relative_begin;   // by link, where its own begin; then the end
+  std::uint32_t most_relatives = 0;           // of one link
+  Span<const LeafInfluence> influences;       // by leaf
+  Span<const std::uint32_t> influence_begin;  // by leaf; then the end
+  Span<const OwnVertices> own;                // by leaf; not read of those without influences
+
+  bool empty() const { return influences.empty(); }
+};
+
+// A skin as it is bound to links. binds: 12 numbers per link, the rows of B_i.
+struct BoundSkin {
+  Span<const double> vertices;  // x y z of each
+  std::uint32_t influence_count = 0;
+  Span<const std::uint32_t> links;  // influence_count per vertex
+  Span<const double> weights;       // likewise, 0 or more; those of a vertex are divided by their sum, which is above 0
+  Span<const double> binds;
+
+  std::size_t vertex_count() const { return vertices.size / 3; }
+};
+
+// Writes B_i v of a vertex.
+void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]);
+
+// The weight that a link has of a vertex, out of all that the vertex has.
+double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link);
+
+// What is known of one leaf.
+struct LeafFit {
+  Box box;
+  OwnVertices own;
+  std::vector<LeafInfluence> influences;  // without `relative`, which numbers links: see `links`
+  std::vector<std::uint16_t> links;       // of each influence, ascending
+};
+
+// Fits a box to vertices of a skin in the frame of a link, and how other links move them. vertices: at least one, each
+// once. Returns false if more than kMaxInfluences other links move them. Throws std::bad_alloc.
+bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out);
+
+}  // namespace cab

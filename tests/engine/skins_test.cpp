@@ -1,0 +1,278 @@
+// Articulations with a skin: frames and queries take their boxes, by every strategy, and other calls refuse them.
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/containment.h"
+#include "perf/judge/oracle/random_skins.h"
+#include "tests/engine/thread_pool.h"
+#include "tests/rounds.h"
+
+#include <cab/query.h>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <set>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+constexpr std::uint32_t kCount = 40;
+
+// An engine with one batch of a skin, instance by instance near each other.
+struct SkinWorld {
+  SkinRig rig;
+  Poses poses;
+  EnginePtr engine;
+  ArticulationId articulation;
+  BatchId batch;
+
+  SkinWorld(Random& random, SkinRegime regime, const EngineDesc& desc = {}, BatchKind kind = BatchKind::kCharacters)
+      : rig(random_skin(random, regime)),
+        poses(random_skin_poses(random, rig, kCount, PoseFormat::kMatrix3x4Rows, 1, 0.1, 8)),
+        engine(make_engine(desc)) {
+    require(add_articulation(*engine, rig.desc(), &articulation));
+    batch = add_instances(*engine, articulation, kCount, kind);
+  }
+
+  Status run(FrameJob& job, std::vector<Hit>& hits) const {
+    const BatchInput input = poses.input(batch);
+    const PairRule rules[] = {{batch, batch, Pairing::kBetween}, {batch, batch, Pairing::kWithin}};
+    job.inputs = {&input, 1};
+    job.rules = rules;
+    Status status = run_frame(*engine, job);
+    if (status == Status::kHitsOverflow) {
+      hits.resize(job.hits_needed);
+      job.hits = hits;
+      status = run_frame(*engine, job);
+    }
+    hits.resize(job.hit_count);
+    return status;
+  }
+};
+
+std::vector<std::array<std::uint32_t, 4>> names_of(const std::vector<Hit>& hits) {
+  std::vector<std::array<std::uint32_t, 4>> out;
+  for (const Hit& hit : hits) out.push_back({hit.instance_a, hit.link_a, hit.instance_b, hit.link_b});
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("boxes that compute_boxes writes hold a skin, on leaves and in every node above, by every refit") {
+  Random random(70);
+  std::size_t checked = 0;
+  const std::uint64_t count = rounds(40);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const SkinWorld world(random, static_cast<SkinRegime>(round % kSkinRegimeCount));
+    ArticulationInfo info;
+    require(articulation_info(*world.engine, world.articulation, &info));
+    std::vector<Box> boxes(std::size_t{info.node_count} * kCount);
+    for (const Refit refit : {Refit::kCab, Refit::kCovariance, Refit::kAabbHull, Refit::kAabbVertices}) {
+      Policies policies;
+      policies.refit = refit;
+      policies.strategy = Strategy::kTree;
+      REQUIRE(compute_boxes(*world.engine, world.poses.input(world.batch), policies, boxes) == Status::kOk);
+      const ArticulationDesc desc = world.rig.desc();
+      for (std::uint32_t i = 0; i < kCount; i += 7) {
+        std::vector<ExactPose> exact;
+        for (std::uint32_t link = 0; link < world.rig.link_count(); ++link)
+          exact.push_back(exact_pose(world.poses, i, link));
+        for (std::size_t leaf = 0; leaf < world.rig.leaves.size(); ++leaf)
+          for (const std::uint32_t vertex : world.rig.triangles[leaf]) {
+            ExactBox point{};
+            store(skinned_vertex(desc.skin, exact, vertex), point.center);
+            for (std::size_t k = 0; k < 3; ++k) point.axis[k][k] = 1;
+            for (const std::size_t node : {leaf, std::size_t{info.node_count} - 1}) {
+              const Box& box = boxes[std::size_t{i} * info.node_count + node];
+              OracleBox<float> stored{};
+              std::copy_n(box.center, 3, stored.center);
+              std::copy_n(box.half, 3, stored.half);
+              for (int k = 0; k < 3; ++k) std::copy_n(box.axis[k], 3, stored.axis[k]);
+              REQUIRE(judge_containment(stored, point).inside);
+              ++checked;
+            }
+          }
+      }
+    }
+  }
+  CHECK(checked >= least_count(10000, 40));
+}
+
+TEST_CASE("frames of skins have the same hits by every strategy, instruction set and number of threads, as sequences") {
+  Random random(71);
+  std::size_t hits_seen = 0;
+  const std::uint64_t count = rounds(20);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const auto regime = static_cast<SkinRegime>(round % kSkinRegimeCount);
+    Random again = random;
+    const SkinWorld world(random, regime);
+    std::vector<Hit> first;
+    FrameJob job;
+    REQUIRE(world.run(job, first) == Status::kOk);
+    hits_seen += first.size();
+    for (const Strategy strategy : {Strategy::kBrute, Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
+      FrameJob other;
+      other.policies.strategy = strategy;
+      std::vector<Hit> hits;
+      REQUIRE(world.run(other, hits) == Status::kOk);
+      CHECK(names_of(hits) == names_of(first));
+    }
+    for (const Isa isa : available_isas()) {
+      EngineDesc desc;
+      desc.isa = isa;
+      desc.thread_count = 3;
+      Random same = again;
+      const SkinWorld one(same, regime, desc);
+      std::vector<Hit> hits;
+      FrameJob other;
+      REQUIRE(one.run(other, hits) == Status::kOk);
+      REQUIRE(hits.size() == first.size());
+      CHECK((hits.empty() || std::memcmp(hits.data(), first.data(), hits.size() * sizeof(Hit)) == 0));
+    }
+    // Frame by frame, what a frame of characters reports of each instance alone.
+    Random same = again;
+    const SkinWorld sequence(same, regime, {}, BatchKind::kSequence);
+    FrameJob within;
+    const BatchInput input = sequence.poses.input(sequence.batch);
+    const PairRule rule = {sequence.batch, sequence.batch, Pairing::kWithin};
+    within.inputs = {&input, 1};
+    within.rules = {&rule, 1};
+    std::vector<Hit> hits(first.size() + 1);
+    within.hits = hits;
+    REQUIRE(run_frame(*sequence.engine, within) == Status::kOk);
+    hits.resize(within.hit_count);
+    std::vector<Hit> own;
+    std::copy_if(first.begin(), first.end(), std::back_inserter(own),
+                 [](const Hit& hit) { return hit.instance_a == hit.instance_b; });
+    CHECK(names_of(hits) == names_of(own));
+  }
+  CHECK(hits_seen >= least_count(200, 20));
+}
+
+TEST_CASE("rays find the link of every vertex of a skin that they are shot at") {
+  Random random(72);
+  std::size_t shot = 0;
+  for (int round = 0; round < 10; ++round) {
+    const SkinWorld world(random, static_cast<SkinRegime>(round % 2));
+    ReserveDesc reserved;
+    reserved.queries = 1000;
+    require(reserve(*world.engine, reserved));
+    const ArticulationDesc desc = world.rig.desc();
+    for (std::uint32_t i = 0; i < kCount; i += 11) {
+      std::vector<ExactPose> exact;
+      for (std::uint32_t link = 0; link < world.rig.link_count(); ++link)
+        exact.push_back(exact_pose(world.poses, i, link));
+      for (std::size_t leaf = 0; leaf < world.rig.leaves.size(); ++leaf) {
+        const Point at = skinned_vertex(desc.skin, exact, world.rig.triangles[leaf][0]);
+        const Vec3<double> direction = random.unit_vector();
+        Query query;
+        query.want = QueryWant::kAll;
+        query.length = static_cast<float>(2 * world.rig.size);
+        for (std::size_t c = 0; c < 3; ++c) {
+          query.direction[c] = static_cast<float>(direction[c]);
+          query.position[c] = static_cast<double>(at[c]) - world.rig.size * static_cast<double>(query.direction[c]);
+        }
+        const BatchInput input = world.poses.input(world.batch);
+        std::vector<QueryHit> hits(kCount * world.rig.leaves.size());
+        QueryJob job;
+        job.inputs = {&input, 1};
+        job.queries = {&query, 1};
+        job.hits = hits;
+        REQUIRE(run_queries(*world.engine, job) == Status::kOk);
+        CHECK(std::any_of(
+            hits.begin(), hits.begin() + static_cast<std::ptrdiff_t>(job.hit_count),
+            [&](const QueryHit& hit) { return hit.instance == i && hit.link == world.rig.leaves[leaf].link; }));
+        ++shot;
+      }
+    }
+  }
+  CHECK(shot > 20);
+}
+
+TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
+  Random random(73);
+  const SkinWorld world(random, SkinRegime::kMany);
+  const BatchInput input = world.poses.input(world.batch);
+  ReserveDesc reserved;
+  reserved.queries = 1;
+  require(reserve(*world.engine, reserved));
+  FrameJob job;
+  std::vector<Hit> hits;
+  job.policies.exact = Exact::kConvex;
+  CHECK(world.run(job, hits) == Status::kSkinNotTaken);
+  QueryJob queries;
+  queries.inputs = {&input, 1};
+  queries.exact = Exact::kConvex;
+  CHECK(run_queries(*world.engine, queries) == Status::kSkinNotTaken);
+  HistoryId history;
+  CHECK(add_history(*world.engine, {world.batch, 4}, &history) == Status::kSkinNotTaken);
+  LodDesc lod;
+  lod.of = world.articulation;
+  ArticulationId level;
+  CHECK(add_lod(*world.engine, lod, &level) == Status::kSkinNotTaken);
+  std::vector<float> numbers(kCount);
+  CHECK(sweep_margins(*world.engine, input, input, numbers) == Status::kSkinNotTaken);
+  CHECK(find_touching_moments(*world.engine, {&input, 1}, {&input, 1}, 1, {}, numbers) == Status::kSkinNotTaken);
+  CHECK(compute_contacts(*world.engine, {&input, 1}, {}, {}) == Status::kSkinNotTaken);
+}
+
+TEST_CASE("a bad skin is refused with the vertex, link or leaf at fault, and nothing is added") {
+  Random random(74);
+  SkinRig rig = random_skin(random, SkinRegime::kMany);
+  while (rig.inverse_bind.empty() || rig.leaves.size() < 2) rig = random_skin(random, SkinRegime::kMany);
+  const auto refuse = [&](Status expected, std::uint32_t element, auto&& spoil) {
+    SkinRig bad = rig;
+    for (std::size_t leaf = 0; leaf < bad.leaves.size(); ++leaf) bad.leaves[leaf].triangles = bad.triangles[leaf];
+    ArticulationDesc desc = bad.desc();
+    spoil(bad, desc);
+    const EnginePtr engine = make_engine();
+    ArticulationId id;
+    std::uint32_t element_at_fault = 0xffffffff;
+    CHECK(add_articulation(*engine, desc, &id, &element_at_fault) == expected);
+    if (element != 0xffffffff) CHECK(element_at_fault == element);
+    CHECK(id.value == 0);
+  };
+  const std::size_t each = rig.influence_count;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  refuse(Status::kBadSkin, 4, [&](SkinRig& bad, ArticulationDesc&) { bad.vertices[13] = nan; });
+  refuse(Status::kBadSkin, 0, [&](SkinRig& bad, ArticulationDesc&) { bad.vertices[0] = 2e18f; });
+  refuse(Status::kBadSkin, 2, [&](SkinRig& bad, ArticulationDesc&) { bad.weights[2 * each] = -0.1f; });
+  refuse(Status::kBadSkin, 2, [&](SkinRig& bad, ArticulationDesc&) { bad.weights[2 * each + 1] = nan; });
+  refuse(Status::kBadSkin, 1, [&](SkinRig& bad, ArticulationDesc&) {
+    std::fill_n(bad.weights.begin() + static_cast<std::ptrdiff_t>(each), each, 0.0f);
+  });
+  refuse(Status::kBadSkin, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.links[each] = 1000; });
+  refuse(Status::kBadSkin, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.inverse_bind[16 + 5] = nan; });
+  refuse(Status::kBadSkin, 1,
+         [&](SkinRig& bad, ArticulationDesc&) { std::fill_n(bad.inverse_bind.begin() + 16, 4, 0.0f); });
+  refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { --desc.skin.inverse_bind.size; });
+  refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { desc.skin.influence_count = 0; });
+  refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { --desc.skin.influence_weights.size; });
+  refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { desc.skin.vertices.data = nullptr; });
+  refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.triangles[1][2] = 1u << 30; });
+  refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { --bad.leaves[1].triangles.size; });
+  const ConvexPart part = {ShapeKind::kSphere, {}, {0, 0, 0, 1}, {1, 0, 0}, {}};
+  refuse(Status::kBadLeafTriangles, 0, [&](SkinRig& bad, ArticulationDesc&) { bad.leaves[0].parts = {&part, 1}; });
+  refuse(Status::kBadLeafTriangles, 0, [&](SkinRig&, ArticulationDesc& desc) { desc.skin = {}; });
+
+  // Forty links that all move one triangle.
+  SkinRig many;
+  many.influence_count = 40;
+  for (std::uint32_t link = 0; link < 40; ++link) many.parents.push_back(static_cast<std::int32_t>(link) - 1);
+  many.vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (std::uint32_t i = 0; i < 120; ++i) {
+    many.links.push_back(i % 40);
+    many.weights.push_back(1);
+  }
+  many.triangles = {{0, 1, 2}};
+  many.leaves.resize(1);
+  many.leaves[0].triangles = many.triangles[0];
+  const EnginePtr engine = make_engine();
+  ArticulationId id;
+  CHECK(add_articulation(*engine, many.desc(), &id) == Status::kTooManyInfluences);
+}
+
+}  // namespace cab::tests
