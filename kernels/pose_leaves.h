@@ -277,8 +277,8 @@ CAB_INLINE PosePad pad_of(bool rotated, float pads) {
   return {body * pads, translation * pads};
 }
 
-// How the leaf boxes of a tile are posed: those of the articulation, these scaled, these grown with the skin and scaled,
-// or PoseTile::own_boxes.
+// How the leaf boxes of a tile are posed: those of the articulation, these scaled, these grown with the skin and
+// scaled, or PoseTile::own_boxes.
 enum class PosedAs : std::uint8_t { kGiven, kScaled, kSkinned, kOwn };
 
 // Writes where the links that move a link's leaves are, seen from that link.

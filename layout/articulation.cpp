@@ -2,6 +2,7 @@
 
 #include "layout/arena.h"
 #include "layout/error_bounds.h"
+#include "layout/fit_skin.h"
 #include "layout/shape_sizes.h"
 
 #include <algorithm>
@@ -15,12 +16,6 @@ namespace {
 
 // The squared length of a convex part's quaternion may differ from 1 by this much.
 constexpr double kUnitTolerance = 1e-3;
-
-// The least volume that the columns of an inverse bind matrix span, as a share of the product of their lengths.
-constexpr double kLeastBindVolume = 1e-9;
-
-// The least sum of the weights of a vertex.
-constexpr float kLeastWeights = 1e-6f;
 
 bool finite(const float* values, std::size_t count, float limit) {
   for (std::size_t i = 0; i < count; ++i)
@@ -172,129 +167,6 @@ Fault check_links(const ArticulationDesc& desc) {
   if (desc.link_joints.size != 3 * desc.link_parents.size || !desc.link_joints.data) return {Status::kBadJoint, 0};
   for (std::size_t link = 0; link < desc.link_parents.size; ++link)
     if (!finite(desc.link_joints.data + 3 * link, 3, kMaxCoordinate)) return {Status::kBadJoint, link};
-  return {};
-}
-
-// The links and weights of a skin, and its matrices, in double. Throws std::bad_alloc.
-struct SkinInDouble {
-  std::vector<double> vertices, weights, binds;
-  BoundSkin bound;
-
-  SkinInDouble(const SkinDesc& desc, std::size_t link_count) {
-    for (const float x : desc.vertices) vertices.push_back(static_cast<double>(x));
-    for (const float w : desc.influence_weights) weights.push_back(static_cast<double>(w));
-    for (std::size_t link = 0; link < link_count; ++link)
-      for (std::size_t r = 0; r < 3; ++r)
-        for (std::size_t c = 0; c < 4; ++c)
-          binds.push_back(desc.inverse_bind.size == 0 ? static_cast<double>(r == c)
-                                                      : static_cast<double>(desc.inverse_bind[16 * link + 4 * c + r]));
-    bound = {vertices, desc.influence_count, desc.influence_links, weights, binds};
-  }
-};
-
-// Whether the matrix of a bind keeps volumes apart from 0, so that it has an inverse.
-bool is_invertible(const float* m) {
-  double column[3][3], lengths = 1;
-  for (int k = 0; k < 3; ++k) {
-    for (int c = 0; c < 3; ++c) column[k][c] = static_cast<double>(m[4 * k + c]);
-    lengths *= std::sqrt(dot(column[k], column[k]));
-  }
-  const double cross[3] = {column[1][1] * column[2][2] - column[1][2] * column[2][1],
-                           column[1][2] * column[2][0] - column[1][0] * column[2][2],
-                           column[1][0] * column[2][1] - column[1][1] * column[2][0]};
-  return std::fabs(dot(column[0], cross)) > kLeastBindVolume * lengths;
-}
-
-Fault check_skin(const SkinDesc& skin, std::size_t link_count) {
-  const std::size_t count = skin.vertices.size / 3;
-  if (skin.vertices.size % 3 != 0 || (skin.inverse_bind.size > 0 && !skin.inverse_bind.data) ||
-      skin.influence_count == 0 || skin.influence_links.size / skin.influence_count != count ||
-      skin.influence_links.size % skin.influence_count != 0 ||
-      skin.influence_weights.size != skin.influence_links.size ||
-      (skin.inverse_bind.size > 0 && skin.inverse_bind.size != 16 * link_count) ||
-      (count > 0 && (!skin.vertices.data || !skin.influence_links.data || !skin.influence_weights.data)))
-    return {Status::kBadSkin, 0};
-  for (std::size_t v = 0; v < count; ++v) {
-    float sum = 0;
-    bool good = finite(skin.vertices.data + 3 * v, 3, kMaxCoordinate);
-    for (std::size_t i = v * skin.influence_count; i < (v + 1) * skin.influence_count; ++i) {
-      const float weight = skin.influence_weights[i];
-      good = good && weight >= 0 && weight <= 1e6f && (weight == 0 || skin.influence_links[i] < link_count);
-      sum += weight;
-    }
-    if (!good || !(sum > kLeastWeights)) return {Status::kBadSkin, v};
-  }
-  for (std::size_t link = 0; 16 * link < skin.inverse_bind.size; ++link) {
-    const float* const matrix = skin.inverse_bind.data + 16 * link;
-    bool good = is_invertible(matrix);
-    for (int c = 0; c < 16; ++c) good = good && (c % 4 == 3 || std::fabs(matrix[c]) <= kMaxCoordinate);
-    if (!good) return {Status::kBadSkin, link};
-  }
-  return {};
-}
-
-// Whether all numbers of a leaf that grows are in range.
-bool in_range(const LeafFit& fit) {
-  bool out = finite(fit.box.center, 3, kMaxCoordinate) && finite(fit.box.half, 3, kMaxCoordinate);
-  for (const LeafInfluence& by : fit.influences) out = out && by.size <= kMaxCoordinate;
-  return out;
-}
-
-// Makes the boxes of leaves with triangles, and what makes them grow. boxes: receives them. Throws std::bad_alloc.
-Fault fit_skin(const ArticulationDesc& desc, Arena& arena, Span<Box> boxes, SkinnedLeaves& out) {
-  const auto has_triangles = [](const Leaf& leaf) { return leaf.triangles.size > 0; };
-  if (desc.skin.vertices.size == 0 && std::none_of(desc.leaves.begin(), desc.leaves.end(), has_triangles)) return {};
-  const std::size_t link_count = desc.link_parents.size;
-  if (const Fault fault = check_skin(desc.skin, link_count); fault.status != Status::kOk) return fault;
-  if (std::none_of(desc.leaves.begin(), desc.leaves.end(), has_triangles)) return {};
-  const SkinInDouble skin(desc.skin, link_count);
-  std::vector<LeafFit> fits(desc.leaves.size);
-  std::vector<std::vector<std::uint16_t>> relatives(link_count);
-  std::vector<std::uint32_t> vertices;
-  std::size_t influences = 0;
-  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
-    const Leaf& one = desc.leaves[leaf];
-    if (!has_triangles(one)) continue;
-    vertices.assign(one.triangles.begin(), one.triangles.end());
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    LeafFit& fit = fits[leaf];
-    if (!fit_skinned_leaf(skin.bound, vertices, one.link, fit)) return {Status::kTooManyInfluences, leaf};
-    if (!in_range(fit)) return {Status::kBadLeafBox, leaf};
-    boxes[leaf] = fit.box;
-    influences += fit.links.size();
-    relatives[one.link].insert(relatives[one.link].end(), fit.links.begin(), fit.links.end());
-  }
-  std::vector<std::uint16_t> all;
-  const auto relative_begin = arena.allocate<std::uint32_t>(link_count + 1);
-  for (std::size_t link = 0; link < link_count; ++link) {
-    std::vector<std::uint16_t>& own = relatives[link];
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
-    all.insert(all.end(), own.begin(), own.end());
-    relative_begin[link + 1] = static_cast<std::uint32_t>(all.size());
-    out.most_relatives = std::max(out.most_relatives, static_cast<std::uint32_t>(own.size()));
-  }
-  const auto stored = arena.allocate<LeafInfluence>(influences);
-  const auto influence_begin = arena.allocate<std::uint32_t>(desc.leaves.size + 1);
-  const auto own = arena.allocate<OwnVertices>(desc.leaves.size);
-  std::uint32_t at = 0;
-  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
-    const LeafFit& fit = fits[leaf];
-    const std::vector<std::uint16_t>& near = relatives[desc.leaves[leaf].link];
-    for (std::size_t i = 0; i < fit.links.size(); ++i) {
-      stored[at] = fit.influences[i];
-      stored[at++].relative =
-          static_cast<std::uint32_t>(std::lower_bound(near.begin(), near.end(), fit.links[i]) - near.begin());
-    }
-    influence_begin[leaf + 1] = at;
-    own[leaf] = fit.own;
-  }
-  out.relatives = constant(arena.copy(Span<const std::uint16_t>(all)));
-  out.relative_begin = constant(relative_begin);
-  out.influences = constant(stored);
-  out.influence_begin = constant(influence_begin);
-  out.own = constant(own);
   return {};
 }
 
@@ -530,7 +402,9 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
           copy_leaves(desc.leaves, desc.link_parents.size, desc.skin.vertices.size / 3, arena, articulation, boxes);
       fault.status != Status::kOk)
     return fault;
-  if (const Fault fault = fit_skin(desc, arena, boxes, articulation.skin); fault.status != Status::kOk) return fault;
+  std::size_t bad_element = 0;
+  const Status status = fit_skin(desc, arena, boxes, articulation.skin, bad_element);
+  if (status != Status::kOk) return {status, bad_element};
   if (desc.ignored_pairs.size > 0 && !desc.ignored_pairs.data) return {Status::kBadIgnoredPair, 0};
   for (std::size_t pair = 0; pair < desc.ignored_pairs.size; ++pair)
     if (desc.ignored_pairs[pair].a >= desc.link_parents.size || desc.ignored_pairs[pair].b >= desc.link_parents.size)

@@ -8,8 +8,8 @@
 
 namespace cab {
 
-// A link that a frame must pose, because it carries leaves, moves a skin, or because a merge needs its joint. Its leaves are
-// leaf_order[leaf_begin] to leaf_order[leaf_end - 1].
+// A link that a frame must pose, because it carries leaves or moves a skin, or because a merge needs its joint. Its
+// leaves are leaf_order[leaf_begin] to leaf_order[leaf_end - 1].
 struct PosedLink {
   std::uint16_t link;
   std::uint16_t leaf_begin;

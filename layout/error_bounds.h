@@ -26,8 +26,8 @@ inline constexpr float kMarginShare = 0x1.00002p-1f;
 // 54 u.
 inline constexpr double kSweepPad = 0x1p-17;
 
-// The box of a skinned leaf grows for each link that moves it by this share of the lengths that it is made of, times the
-// gain of the link's weights. 160 u; step 19.4: 146 u.
+// The box of a skinned leaf grows for each link that moves it by this share of the lengths that it is made of, times
+// the gain of the link's weights. 160 u; step 19.4: 146 u.
 inline constexpr float kGrowPad = 0x1.4p-17f;
 
 // Axes of a leaf box that are closer to orthonormal than this keep their bits. 4 u; steps 2.1 and 2.5 allow for it.

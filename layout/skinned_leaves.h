@@ -1,5 +1,6 @@
 // Leaves of a skin: boxes on one link, about vertices that other links move too. Such a box grows with the poses of
-// these links, so that it holds its vertices without skinning them (kernels/grow_leaves.h).
+// these links, so that it holds its vertices without skinning them (kernels/grow_leaves.h). layout/fit_skin.h makes
+// what is here.
 //
 // The skin is one of linear blends. A vertex is at the sum over its links i of w_i T_i B_i v: its weights add to 1, T_i
 // is the pose of link i, and B_i takes points of the skin to that link, as in the pose in which links were bound to it.
@@ -9,8 +10,6 @@
 #pragma once
 
 #include <cab/types.h>
-
-#include <vector>
 
 namespace cab {
 
@@ -50,34 +49,5 @@ struct SkinnedLeaves {
 
   bool empty() const { return influences.empty(); }
 };
-
-// A skin as it is bound to links. binds: 12 numbers per link, the rows of B_i.
-struct BoundSkin {
-  Span<const double> vertices;  // x y z of each
-  std::uint32_t influence_count = 0;
-  Span<const std::uint32_t> links;  // influence_count per vertex
-  Span<const double> weights;       // likewise, 0 or more; those of a vertex are divided by their sum, which is above 0
-  Span<const double> binds;
-
-  std::size_t vertex_count() const { return vertices.size / 3; }
-};
-
-// Writes B_i v of a vertex.
-void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]);
-
-// The weight that a link has of a vertex, out of all that the vertex has.
-double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link);
-
-// What is known of one leaf.
-struct LeafFit {
-  Box box;
-  OwnVertices own;
-  std::vector<LeafInfluence> influences;  // without `relative`, which numbers links: see `links`
-  std::vector<std::uint16_t> links;       // of each influence, ascending
-};
-
-// Fits a box to vertices of a skin in the frame of a link, and how other links move them. vertices: at least one, each
-// once. Returns false if more than kMaxInfluences other links move them. Throws std::bad_alloc.
-bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out);
 
 }  // namespace cab

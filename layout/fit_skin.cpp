@@ -1,4 +1,4 @@
-#include "layout/skinned_leaves.h"
+#include "layout/fit_skin.h"
 
 #include "layout/error_bounds.h"
 #include "layout/fit_box.h"
@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace cab {
 namespace {
@@ -24,8 +25,32 @@ constexpr double kDoubles = 1e-12;
 // The largest slope of a weight along a leaf's box. Steeper ones would do more for what rounds than for the box.
 constexpr double kMostSlope = 2;
 
+// The least volume that the columns of an inverse bind matrix span, as a share of the product of their lengths.
+constexpr double kLeastBindVolume = 1e-9;
+
+// The range of weights: the largest, and the least sum of those of a vertex.
+constexpr float kMostWeight = 1e6f;
+constexpr float kLeastWeights = 1e-6f;
+
 // Small against the count of vertices: keeps slopes small along axes in which there is nothing to fit.
 constexpr double kRidge = 1e-4;
+
+// A skin as it is bound to links. binds: 12 numbers per link, the rows of B_i.
+struct BoundSkin {
+  Span<const double> vertices;  // x y z of each
+  std::uint32_t influence_count = 0;
+  Span<const std::uint32_t> links;  // influence_count per vertex
+  Span<const double> weights;       // likewise, 0 or more; those of a vertex are divided by their sum, which is above 0
+  Span<const double> binds;
+};
+
+// What is known of one leaf.
+struct LeafFit {
+  Box box;
+  OwnVertices own;
+  std::vector<LeafInfluence> influences;  // without `relative`, which numbers links: see `links`
+  std::vector<std::uint16_t> links;       // of each influence, ascending
+};
 
 struct Range {
   double lo = HUGE_VAL, hi = -HUGE_VAL;
@@ -136,13 +161,13 @@ LeafInfluence influence_of(const Points& at, const std::vector<double>& weights)
   return out;
 }
 
-}  // namespace
-
+// Writes B_i v of a vertex.
 void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]) {
   const double *v = skin.vertices.data + 3 * vertex, *row = skin.binds.data + std::size_t{12} * link;
   for (int c = 0; c < 3; ++c, row += 4) out[c] = row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3];
 }
 
+// The weight that a link has of a vertex, out of all that the vertex has.
 double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link) {
   double own = 0, all = 0;
   for (std::uint32_t i = 0; i < skin.influence_count; ++i) {
@@ -153,6 +178,8 @@ double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link) 
   return own / all;
 }
 
+// Fits a box to vertices in the frame of a link, and how other links move them. vertices: at least one, each once.
+// Returns false if more than kMaxInfluences other links move them. Throws std::bad_alloc.
 bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out) {
   Points points;
   std::vector<std::uint32_t> links;
@@ -216,6 +243,140 @@ bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices,
       out.own.half[k] = -kMaxCoordinate;
   }
   return out.influences.size() <= kMaxInfluences;
+}
+
+// The links and weights of a skin, and its matrices, in double. Throws std::bad_alloc.
+struct SkinInDouble {
+  std::vector<double> vertices, weights, binds;
+  BoundSkin bound;
+
+  SkinInDouble(const SkinDesc& desc, std::size_t link_count) {
+    for (const float x : desc.vertices) vertices.push_back(static_cast<double>(x));
+    for (const float w : desc.influence_weights) weights.push_back(static_cast<double>(w));
+    for (std::size_t link = 0; link < link_count; ++link)
+      for (std::size_t r = 0; r < 3; ++r)
+        for (std::size_t c = 0; c < 4; ++c)
+          binds.push_back(desc.inverse_bind.size == 0 ? static_cast<double>(r == c)
+                                                      : static_cast<double>(desc.inverse_bind[16 * link + 4 * c + r]));
+    bound = {vertices, desc.influence_count, desc.influence_links, weights, binds};
+  }
+};
+
+bool are_in_range(const float* values, std::size_t count) {
+  return std::all_of(values, values + count, [](float value) { return std::fabs(value) <= kMaxCoordinate; });
+}
+
+// Whether an inverse bind matrix is finite and has an inverse.
+bool is_valid_bind(const float* m) {
+  Matrix3d columns;
+  for (int k = 0; k < 4; ++k) {
+    if (!are_in_range(m + 4 * k, 3)) return false;
+    for (int c = 0; c < 3 && k < 3; ++c) columns(c, k) = static_cast<double>(m[4 * k + c]);
+  }
+  return std::fabs(columns.colwise().normalized().determinant()) > kLeastBindVolume;
+}
+
+bool has_valid_sizes(const SkinDesc& skin, std::size_t link_count) {
+  const std::size_t count = skin.vertices.size / 3, influences = skin.influence_links.size;
+  const auto has_data = [](const auto& span) { return span.size == 0 || span.data; };
+  return skin.vertices.size % 3 == 0 && skin.influence_count > 0 && influences % skin.influence_count == 0 &&
+         influences / skin.influence_count == count && skin.influence_weights.size == influences &&
+         (skin.inverse_bind.size == 0 || skin.inverse_bind.size == 16 * link_count) && has_data(skin.vertices) &&
+         has_data(skin.influence_links) && has_data(skin.influence_weights) && has_data(skin.inverse_bind);
+}
+
+// Returns whether a skin is valid, or writes the vertex or link at fault.
+bool is_valid(const SkinDesc& skin, std::size_t link_count, std::size_t& bad_element) {
+  bad_element = 0;
+  if (!has_valid_sizes(skin, link_count)) return false;
+  for (std::size_t v = 0; 3 * v < skin.vertices.size; ++v) {
+    bad_element = v;
+    if (!are_in_range(skin.vertices.data + 3 * v, 3)) return false;
+    float sum = 0;
+    for (std::size_t i = v * skin.influence_count; i < (v + 1) * skin.influence_count; ++i) {
+      const float weight = skin.influence_weights[i];
+      if (!(weight >= 0 && weight <= kMostWeight) || (weight > 0 && skin.influence_links[i] >= link_count))
+        return false;
+      sum += weight;
+    }
+    if (!(sum > kLeastWeights)) return false;
+  }
+  for (std::size_t link = 0; 16 * link < skin.inverse_bind.size; ++link) {
+    bad_element = link;
+    if (!is_valid_bind(skin.inverse_bind.data + 16 * link)) return false;
+  }
+  return true;
+}
+
+bool is_in_range(const LeafFit& fit) {
+  return are_in_range(fit.box.center, 3) && are_in_range(fit.box.half, 3) &&
+         std::all_of(fit.influences.begin(), fit.influences.end(),
+                     [](const LeafInfluence& by) { return by.size <= kMaxCoordinate; });
+}
+
+// Copies what is known of all leaves. relatives: by link, those of its leaves, each once and ascending.
+void store(const ArticulationDesc& desc, const std::vector<LeafFit>& fits,
+           const std::vector<std::vector<std::uint16_t>>& relatives, Arena& arena, SkinnedLeaves& out) {
+  std::vector<std::uint16_t> all;
+  const auto relative_begin = arena.allocate<std::uint32_t>(relatives.size() + 1);
+  for (std::size_t link = 0; link < relatives.size(); ++link) {
+    all.insert(all.end(), relatives[link].begin(), relatives[link].end());
+    relative_begin[link + 1] = static_cast<std::uint32_t>(all.size());
+    out.most_relatives = std::max(out.most_relatives, static_cast<std::uint32_t>(relatives[link].size()));
+  }
+  std::vector<LeafInfluence> influences;
+  const auto influence_begin = arena.allocate<std::uint32_t>(fits.size() + 1);
+  const auto own = arena.allocate<OwnVertices>(fits.size());
+  for (std::size_t leaf = 0; leaf < fits.size(); ++leaf) {
+    const std::vector<std::uint16_t>& near = relatives[desc.leaves[leaf].link];
+    for (std::size_t i = 0; i < fits[leaf].links.size(); ++i) {
+      influences.push_back(fits[leaf].influences[i]);
+      influences.back().relative =
+          static_cast<std::uint32_t>(std::lower_bound(near.begin(), near.end(), fits[leaf].links[i]) - near.begin());
+    }
+    influence_begin[leaf + 1] = static_cast<std::uint32_t>(influences.size());
+    own[leaf] = fits[leaf].own;
+  }
+  out.relatives = constant(arena.copy(Span<const std::uint16_t>(all)));
+  out.relative_begin = constant(relative_begin);
+  out.influences = constant(arena.copy(Span<const LeafInfluence>(influences)));
+  out.influence_begin = constant(influence_begin);
+  out.own = constant(own);
+}
+
+}  // namespace
+
+Status fit_skin(const ArticulationDesc& desc, Arena& arena, Span<Box> boxes, SkinnedLeaves& out,
+                std::size_t& bad_element) {
+  const auto is_of_skin = [](const Leaf& leaf) { return leaf.triangles.size > 0; };
+  const bool has_leaves = std::any_of(desc.leaves.begin(), desc.leaves.end(), is_of_skin);
+  if (desc.skin.vertices.size == 0 && !has_leaves) return Status::kOk;
+  const std::size_t link_count = desc.link_parents.size;
+  if (!is_valid(desc.skin, link_count, bad_element)) return Status::kBadSkin;
+  if (!has_leaves) return Status::kOk;
+  const SkinInDouble skin(desc.skin, link_count);
+  std::vector<LeafFit> fits(desc.leaves.size);
+  std::vector<std::vector<std::uint16_t>> relatives(link_count);
+  std::vector<std::uint32_t> vertices;
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf) {
+    const Leaf& one = desc.leaves[leaf];
+    if (!is_of_skin(one)) continue;
+    bad_element = leaf;
+    vertices.assign(one.triangles.begin(), one.triangles.end());
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    LeafFit& fit = fits[leaf];
+    if (!fit_skinned_leaf(skin.bound, vertices, one.link, fit)) return Status::kTooManyInfluences;
+    if (!is_in_range(fit)) return Status::kBadLeafBox;
+    boxes[leaf] = fit.box;
+    relatives[one.link].insert(relatives[one.link].end(), fit.links.begin(), fit.links.end());
+  }
+  for (std::vector<std::uint16_t>& links : relatives) {
+    std::sort(links.begin(), links.end());
+    links.erase(std::unique(links.begin(), links.end()), links.end());
+  }
+  store(desc, fits, relatives, arena, out);
+  return Status::kOk;
 }
 
 }  // namespace cab
