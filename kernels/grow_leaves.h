@@ -29,13 +29,14 @@ CAB_INLINE Vec3<V> spread(const float (&v)[3]) {
 }
 
 // The box of a leaf with influences, in the frame of its link. local: the box of its vertices as they were bound, with
-// the same axes. relatives: by LeafInfluence::relative.
+// the same axes. seen_of(r): where the link of LeafInfluence::relative r is, seen from the leaf's, as relative_pose
+// writes it.
 //
 // Two boxes hold the vertices, and the result is what they have in common. One takes each link's weight for a linear
 // function of the place, and adds what that leaves out. The other is about the boxes of what each link moves.
-template <class V>
+template <class V, class SeenOf>
 CAB_INLINE BoxLanes<V> grow_box(const BoxLanes<V>& local, Span<const LeafInfluence> influences, const OwnVertices& own,
-                                const MotionTile* relatives, std::uint32_t lane) {
+                                SeenOf&& seen_of) {
   const auto along = [&](Vec3<V> p) {
     return Vec3<V>{dot(local.axis[0], p), dot(local.axis[1], p), dot(local.axis[2], p)};
   };
@@ -48,26 +49,28 @@ CAB_INLINE BoxLanes<V> grow_box(const BoxLanes<V>& local, Span<const LeafInfluen
   const V base = sum(local.half) + sum(abs(local.center));
   V pad(kMergePadTiny);
   for (const LeafInfluence& by : influences) {
-    const RigidLanes<V> seen = load_motion<V>(relatives[by.relative], lane);
+    const RigidLanes<V> seen = seen_of(by.relative);
     const auto turn = [&](const float(&v)[3]) {
       return V(v[0]) * seen.column[0] + V(v[1]) * seen.column[1] + V(v[2]) * seen.column[2];
     };
+    // The leaf's centre and half edges where the link takes them, and how much longer these edges are.
     const Vec3<V> moved = along((seen.translation + turn(by.center)) - local.center);
-    middle = middle + V(by.weight) * moved;
-    extent = extent + V(by.slack) * abs(moved);
-    Vec3<V> hull_center = moved, hull_half = none;
-    for (int k = 0; k < 3; ++k) {
-      const Vec3<V> edge = along(turn(by.edge[k]));
-      Vec3<V> bent = edge;
-      if (k == 0) bent.x = bent.x - local.half.x;
-      if (k == 1) bent.y = bent.y - local.half.y;
-      if (k == 2) bent.z = bent.z - local.half.z;
-      to[k] = to[k] + (V(by.slope[k]) * moved + V(by.weight) * bent);
-      middle = middle + V(by.bent_center[k]) * bent;
-      extent = extent + V(by.bent_half[k]) * abs(bent);
-      hull_center = hull_center + V(by.moved_center[k]) * edge;
-      hull_half = hull_half + V(by.moved_half[k]) * abs(edge);
-    }
+    const Vec3<V> edge[3] = {along(turn(by.edge[0])), along(turn(by.edge[1])), along(turn(by.edge[2]))};
+    Vec3<V> bent[3] = {edge[0], edge[1], edge[2]};
+    bent[0].x = bent[0].x - local.half.x;
+    bent[1].y = bent[1].y - local.half.y;
+    bent[2].z = bent[2].z - local.half.z;
+    // Four products of each link are added in pairs (docs/proof.md, step 19.4).
+    const auto add = [&](V first, Vec3<V> a, const float(&with)[3], const Vec3<V>(&b)[3]) {
+      return (first * a + V(with[0]) * b[0]) + (V(with[1]) * b[1] + V(with[2]) * b[2]);
+    };
+    const Vec3<V> sizes_bent[3] = {abs(bent[0]), abs(bent[1]), abs(bent[2])};
+    const Vec3<V> sizes[3] = {abs(edge[0]), abs(edge[1]), abs(edge[2])};
+    for (int k = 0; k < 3; ++k) to[k] = to[k] + (V(by.slope[k]) * moved + V(by.weight) * bent[k]);
+    middle = middle + add(V(by.weight), moved, by.bent_center, bent);
+    extent = extent + add(V(by.slack), abs(moved), by.bent_half, sizes_bent);
+    const Vec3<V> hull_center = add(V(1.0f), moved, by.moved_center, edge);
+    const Vec3<V> hull_half = add(zero, none, by.moved_half, sizes);
     lo = min(lo, hull_center - hull_half);
     hi = max(hi, hull_center + hull_half);
     pad = pad + V(by.gain) * ((seen.scale * V(by.size) + sum(abs(seen.translation))) + base);

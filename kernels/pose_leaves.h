@@ -300,8 +300,9 @@ CAB_INLINE BoxLanes<V> grown_leaf(const PoseTile& args, std::uint32_t leaf, std:
   const std::uint32_t begin = skin.influence_begin[leaf], end = skin.influence_begin[leaf + 1];
   const BoxLanes<V> local = spread_box<V>(args.articulation->leaf_box[leaf]);
   if (begin == end) return local;
+  const MotionTile* const relatives = args.skin + args.articulation->link_count;
   return grow_box<V>(local, {skin.influences.data + begin, end - begin}, skin.own[leaf],
-                     args.skin + args.articulation->link_count, lane);
+                     [&](std::uint32_t relative) { return load_motion<V>(relatives[relative], lane); });
 }
 
 // Poses one link and its leaves in the lanes that V covers. raw: its pose; with a skin args.skin has it already.

@@ -25,6 +25,9 @@ constexpr double kDoubles = 1e-12;
 // The largest slope of a weight along a leaf's box. Steeper ones would do more for what rounds than for the box.
 constexpr double kMostSlope = 2;
 
+// The rounding of places in double, as a share of the numbers that they are made of over kGrowPad: 2^-47 over 2^-17.
+constexpr double kDoubleShare = 0x1p-30;
+
 // The least volume that the columns of an inverse bind matrix span, as a share of the product of their lengths.
 constexpr double kLeastBindVolume = 1e-9;
 
@@ -82,20 +85,19 @@ struct Frame {
 };
 
 // Fits a box about points: that of fit_box about the points as floats, with half extents that hold the points as they
-// are.
-Box box_about(const Points& points) {
+// are. Returns false if they are out of range.
+bool fit_box_about(const Points& points, Box& box) {
   std::vector<float> floats;
   floats.reserve(3 * points.size());
   for (const Vector3d& p : points)
     for (int c = 0; c < 3; ++c) floats.push_back(static_cast<float>(p[c]));
-  Box box;
-  if (fit_box_to_vertices(floats, &box) != Status::kOk) return box;
+  if (fit_box_to_vertices(floats, &box) != Status::kOk) return false;
   const Frame frame(box);
   for (const Vector3d& p : points) {
     const Vector3d y = frame.inverse * (p - frame.center);
     for (int k = 0; k < 3; ++k) box.half[k] = std::max(box.half[k], rounded_up(std::fabs(y[k]) * (1 + kDoubles)));
   }
-  return box;
+  return true;
 }
 
 // The coordinates of points in a box: along its axes about its centre, in half extents.
@@ -161,6 +163,16 @@ LeafInfluence influence_of(const Points& at, const std::vector<double>& weights)
   return out;
 }
 
+bool are_in_range(const float* values, std::size_t count) {
+  return std::all_of(values, values + count, [](float value) { return std::fabs(value) <= kMaxCoordinate; });
+}
+
+bool is_in_range(const LeafFit& fit) {
+  return are_in_range(fit.box.center, 3) && are_in_range(fit.box.half, 3) &&
+         std::all_of(fit.influences.begin(), fit.influences.end(),
+                     [](const LeafInfluence& by) { return by.size <= kMaxCoordinate; });
+}
+
 // Writes B_i v of a vertex.
 void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]) {
   const double *v = skin.vertices.data + 3 * vertex, *row = skin.binds.data + std::size_t{12} * link;
@@ -179,8 +191,8 @@ double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link) 
 }
 
 // Fits a box to vertices in the frame of a link, and how other links move them. vertices: at least one, each once.
-// Returns false if more than kMaxInfluences other links move them. Throws std::bad_alloc.
-bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out) {
+// Statuses: kTooManyInfluences, kBadLeafBox. Throws std::bad_alloc.
+Status fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out) {
   Points points;
   std::vector<std::uint32_t> links;
   for (const std::uint32_t vertex : vertices) {
@@ -193,8 +205,10 @@ bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices,
   }
   std::sort(links.begin(), links.end());
   links.erase(std::unique(links.begin(), links.end()), links.end());
+  if (links.size() - std::binary_search(links.begin(), links.end(), link) > kMaxInfluences)
+    return Status::kTooManyInfluences;
   out = {};
-  out.box = box_about(points);
+  if (!fit_box_about(points, out.box)) return Status::kBadLeafBox;
   const Frame frame(out.box);
   const Points at = coordinates_in(frame, points);
 
@@ -207,6 +221,14 @@ bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices,
     return m;
   };
   const Eigen::Matrix4d unbind = bind(link).inverse();
+  // How large numbers are on the way from the skin to the link and back.
+  const auto sizes = [](const Eigen::Matrix4d& m) { return m.cwiseAbs().eval(); };
+  Eigen::Vector4d largest(0, 0, 0, 1);
+  for (const std::uint32_t vertex : vertices)
+    for (int c = 0; c < 3; ++c)
+      largest[c] =
+          std::max(largest[c], std::fabs(skin.vertices[3 * std::size_t{vertex} + static_cast<std::size_t>(c)]));
+  largest = sizes(unbind) * (sizes(bind(link)) * (sizes(unbind) * (sizes(bind(link)) * largest)));
   Range own[3];
   std::vector<double> weights(at.size());
   for (const std::uint32_t other : links) {
@@ -231,7 +253,7 @@ bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices,
         size += std::fabs(static_cast<double>(influence.edge[k][c]));
       }
     }
-    influence.size = rounded_up(size);
+    influence.size = rounded_up(size + kDoubleShare * (sizes(bind(other)) * largest).head<3>().sum());
     out.influences.push_back(influence);
     out.links.push_back(static_cast<std::uint16_t>(other));
   }
@@ -242,7 +264,7 @@ bool fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices,
     else
       out.own.half[k] = -kMaxCoordinate;
   }
-  return out.influences.size() <= kMaxInfluences;
+  return is_in_range(out) ? Status::kOk : Status::kBadLeafBox;
 }
 
 // The links and weights of a skin, and its matrices, in double. Throws std::bad_alloc.
@@ -261,10 +283,6 @@ struct SkinInDouble {
     bound = {vertices, desc.influence_count, desc.influence_links, weights, binds};
   }
 };
-
-bool are_in_range(const float* values, std::size_t count) {
-  return std::all_of(values, values + count, [](float value) { return std::fabs(value) <= kMaxCoordinate; });
-}
 
 // Whether an inverse bind matrix is finite and has an inverse.
 bool is_valid_bind(const float* m) {
@@ -306,12 +324,6 @@ bool is_valid(const SkinDesc& skin, std::size_t link_count, std::size_t& bad_ele
     if (!is_valid_bind(skin.inverse_bind.data + 16 * link)) return false;
   }
   return true;
-}
-
-bool is_in_range(const LeafFit& fit) {
-  return are_in_range(fit.box.center, 3) && are_in_range(fit.box.half, 3) &&
-         std::all_of(fit.influences.begin(), fit.influences.end(),
-                     [](const LeafInfluence& by) { return by.size <= kMaxCoordinate; });
 }
 
 // Copies what is known of all leaves. relatives: by link, those of its leaves, each once and ascending.
@@ -366,8 +378,8 @@ Status fit_skin(const ArticulationDesc& desc, Arena& arena, Span<Box> boxes, Ski
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     LeafFit& fit = fits[leaf];
-    if (!fit_skinned_leaf(skin.bound, vertices, one.link, fit)) return Status::kTooManyInfluences;
-    if (!is_in_range(fit)) return Status::kBadLeafBox;
+    if (const Status status = fit_skinned_leaf(skin.bound, vertices, one.link, fit); status != Status::kOk)
+      return status;
     boxes[leaf] = fit.box;
     relatives[one.link].insert(relatives[one.link].end(), fit.links.begin(), fit.links.end());
   }

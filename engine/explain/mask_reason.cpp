@@ -109,6 +109,29 @@ class MaskSearch {
     return false;
   }
 
+  // The pose of a link as the caller gave it, neither rotated nor scaled with its instance.
+  kernel::RigidLanes<float> given_pose(std::uint32_t link) const {
+    StoredPose at = stored_pose(batch_, instance_, link);
+    at.orientation = nullptr;
+    if (at.coding.scaling == Scaling::kPerInstance) at.coding.scaling = Scaling::kNone;
+    kernel::LaneChecks<float> checks = {true, true, true};
+    return placed_pose<float>(at, checks);
+  }
+
+  // A leaf's box in its link's frame, with room for what other links do to its vertices.
+  kernel::BoxLanes<float> local_box(std::uint32_t link, std::uint32_t leaf) const {
+    const auto local = kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf));
+    const SkinnedLeaves& skin = articulation_.skin;
+    if (skin.empty() || skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) return local;
+    const std::uint32_t begin = skin.influence_begin[leaf];
+    const kernel::RigidLanes<float> base = given_pose(link);
+    return kernel::grow_box<float>(local, {skin.influences.data + begin, skin.influence_begin[leaf + 1] - begin},
+                                   skin.own[leaf], [&](std::uint32_t relative) {
+                                     const std::uint32_t at = skin.relative_begin[link] + relative;
+                                     return kernel::relative_pose(base, given_pose(skin.relatives[at]));
+                                   });
+  }
+
   bool find_out_of_range() {
     const kernel::LaneChecks<float> all = {true, true, true};
     const PosePad pad = kernel::pad_of(orientation_ != nullptr, 1);
@@ -124,8 +147,7 @@ class MaskSearch {
         return found(kInstanceNotFinite, MaskCause::kJoint, posed.link, largest(at), kMaxCoordinate);
       for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
         const std::uint32_t leaf = articulation_.leaf_order[i];
-        const kernel::BoxLanes<float> box =
-            kernel::pose_scaled_boxes(pose, kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf)), pad, 0.0f);
+        const kernel::BoxLanes<float> box = kernel::pose_scaled_boxes(pose, local_box(posed.link, leaf), pad, 0.0f);
         if (!kernel::in_range(box.center) || !kernel::in_range(box.half))
           return found(kInstanceNotFinite, MaskCause::kBox, leaf, std::max(largest(box.center), largest(box.half)),
                        kMaxCoordinate);

@@ -5,6 +5,10 @@
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 
+#include <cab/attached_object.h>
+#include <cab/collision_checker.h>
+#include <cab/motion_bound.h>
+#include <cab/padded_leaves.h>
 #include <cab/query.h>
 
 #include <doctest/doctest.h>
@@ -217,6 +221,59 @@ TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
   CHECK(sweep_margins(*world.engine, input, input, numbers) == Status::kSkinNotTaken);
   CHECK(find_touching_moments(*world.engine, {&input, 1}, {&input, 1}, 1, {}, numbers) == Status::kSkinNotTaken);
   CHECK(compute_contacts(*world.engine, {&input, 1}, {}, {}) == Status::kSkinNotTaken);
+
+  const ArticulationDesc desc = world.rig.desc();
+  const std::vector<float> lengths(world.rig.parents.size(), 0.5f);
+  PaddedLeaves padded;
+  CHECK(padded.set(desc.leaves, lengths) == Status::kSkinNotTaken);
+  const std::vector<LinkPlaceDesc> places(world.rig.parents.size());
+  KinematicsDesc kinematics;
+  kinematics.link_parents = world.rig.parents;
+  kinematics.links = places;
+  MotionBound bound;
+  CHECK(bound.set(desc, kinematics, {}) == Status::kSkinNotTaken);
+  CollisionChecker checker;
+  CHECK(checker.set_robot(desc, kinematics) == Status::kSkinNotTaken);
+  AttachedDesc object;
+  object.leaves = {desc.leaves.data, 1};
+  Leaf leaf;
+  const ArticulationDesc robot = {world.rig.parents, {}, {&leaf, 1}, {}};
+  AttachedObject attached;
+  CHECK(attached.set(robot, kinematics, object) ==
+        (desc.leaves[0].link == 0 ? Status::kSkinNotTaken : Status::kBadLeafLink));
+  object.leaves = {&leaf, 1};
+  CHECK(attached.set(desc, kinematics, object) == Status::kSkinNotTaken);
+}
+
+TEST_CASE("an instance that is masked since its skin is out of range says so") {
+  SkinRig rig;
+  rig.parents = {-1, 0};
+  rig.influence_count = 2;
+  rig.vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  rig.links = {0, 1, 0, 1, 0, 1};
+  rig.weights = {.01f, .99f, .01f, .99f, .01f, .99f};
+  rig.inverse_bind = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0,     0, 0, 1,
+                      1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 9e17f, 0, 0, 1};
+  rig.leaves.resize(1);
+  rig.triangles = {{0, 1, 2}};
+  rig.leaves[0].triangles = rig.triangles[0];
+  const EnginePtr engine = make_engine();
+  ArticulationId articulation;
+  require(add_articulation(*engine, rig.desc(), &articulation));
+  const BatchId batch = add_instances(*engine, articulation, 1);
+  const float poses[] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 9e17f, 0, 0};
+  std::uint8_t flag = kInstanceOk;
+  BatchInput input;
+  input.batch = batch;
+  input.poses.data = poses;
+  input.flags = {&flag, 1};
+  Box box;
+  REQUIRE(compute_boxes(*engine, input, {}, {&box, 1}) == Status::kOk);
+  CHECK(flag == kInstanceNotFinite);
+  MaskReason reason;
+  REQUIRE(why_masked(*engine, input, 0, &reason) == Status::kOk);
+  CHECK(reason.flag == kInstanceNotFinite);
+  CHECK(reason.cause == MaskCause::kBox);
 }
 
 TEST_CASE("a bad skin is refused with the vertex, link or leaf at fault, and nothing is added") {
@@ -257,6 +314,13 @@ TEST_CASE("a bad skin is refused with the vertex, link or leaf at fault, and not
   const ConvexPart part = {ShapeKind::kSphere, {}, {0, 0, 0, 1}, {1, 0, 0}, {}};
   refuse(Status::kBadLeafTriangles, 0, [&](SkinRig& bad, ArticulationDesc&) { bad.leaves[0].parts = {&part, 1}; });
   refuse(Status::kBadLeafTriangles, 0, [&](SkinRig&, ArticulationDesc& desc) { desc.skin = {}; });
+
+  // Out of range in the link's frame alone.
+  refuse(Status::kBadLeafBox, 0, [&](SkinRig& bad, ArticulationDesc&) {
+    for (float& x : bad.vertices) x *= 1e10f;
+    for (std::size_t i = 0; i < bad.inverse_bind.size(); ++i)
+      if (i % 16 < 12) bad.inverse_bind[i] *= 1e10f;
+  });
 
   // Forty links that all move one triangle.
   SkinRig many;

@@ -43,7 +43,7 @@ class AttachedObject {
   // kBadLeafLink (a leaf of the robot is on no link, or one of the object not on 0), kBadIgnoredPair (ignored_pairs or
   // touch_links names no link; or ignored_hops is above 1, which would reach the object), kBadRestPose (the robot has a
   // rest pose, where the object is in none: list the pairs that cab::ignored_pairs tells instead), kBadPoses (rotation
-  // or translation is not finite, or rotation is 0), kOutOfMemory.
+  // or translation is not finite, or rotation is 0), kSkinNotTaken (a leaf has triangles), kOutOfMemory.
   [[nodiscard]] Status set(const ArticulationDesc& robot, const KinematicsDesc& kinematics,
                            const AttachedDesc& object) noexcept;
 
@@ -83,10 +83,14 @@ inline Status AttachedObject::validate(const ArticulationDesc& robot, const Kine
     return Status::kNoLeaves;
   if (robot.leaves.size > kMaxLeaves || object.leaves.size > kMaxLeaves - robot.leaves.size)
     return Status::kTooManyLeaves;
-  for (const Leaf& leaf : robot.leaves)
+  for (const Leaf& leaf : robot.leaves) {
     if (leaf.link >= links) return Status::kBadLeafLink;
-  for (const Leaf& leaf : object.leaves)
+    if (leaf.triangles.size) return Status::kSkinNotTaken;
+  }
+  for (const Leaf& leaf : object.leaves) {
     if (leaf.link != 0) return Status::kBadLeafLink;
+    if (leaf.triangles.size) return Status::kSkinNotTaken;
+  }
   if ((robot.ignored_pairs.size && !robot.ignored_pairs.data) ||
       (object.touch_links.size && !object.touch_links.data) || robot.ignored_hops > 1)
     return Status::kBadIgnoredPair;

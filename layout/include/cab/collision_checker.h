@@ -77,8 +77,8 @@ class CollisionChecker {
   // Sets the robot, once. desc.ignored_pairs are not tested. `kinematics` has the links of desc, and points into arrays
   // of the caller, which stay as they are as long as this object is used. If desc is refused, *bad_leaf (may be null)
   // says which leaf is at fault.
-  // Statuses: kBatchGivenTwice (there is a robot), kBadJoint (kinematics is wrong, or has other links than desc), those
-  // of cab::compute_link_poses, add_articulation and add_batch.
+  // Statuses: kBatchGivenTwice (there is a robot), kBadJoint (kinematics is wrong, or has other links than desc),
+  // kSkinNotTaken (a leaf has triangles), those of cab::compute_link_poses, add_articulation and add_batch.
   [[nodiscard]] Status set_robot(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
                                  std::uint32_t* bad_leaf = nullptr) noexcept;
 
@@ -227,6 +227,8 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   if (const Status status = compute_link_poses(kinematics, {}, Isa::kAuto, {}); status != Status::kOk) return status;
   const std::size_t links = kinematics.link_parents.size;
   if (links != desc.link_parents.size) return Status::kBadJoint;
+  for (const Leaf& leaf : desc.leaves)
+    if (leaf.triangles.size) return Status::kSkinNotTaken;
   // Whole tiles of sixteen.
   const std::size_t chunk = std::max<std::size_t>(std::min(kMostStates, kMostLinks / links) / 16 * 16, kMotionStates);
   poses_.reset(new (std::nothrow) float[7 * links * chunk]);

@@ -22,7 +22,7 @@ class MotionBound {
  public:
   // Reads the links of a robot: its joints, the boxes of its leaves, and the pairs that are not tested. `kinematics`
   // points into arrays that stay. ignored: sorted, as cab::ignored_pairs writes them. Statuses: kBadShape (a half
-  // space, which has points anywhere), kOutOfMemory.
+  // space, which has points anywhere), kSkinNotTaken (a leaf with triangles, which other links move), kOutOfMemory.
   [[nodiscard]] Status set(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
                            Span<const IgnoredPair> ignored) noexcept;
 
@@ -70,6 +70,7 @@ inline Status MotionBound::set(const ArticulationDesc& desc, const KinematicsDes
   pair_count_ = 0;
   for (std::size_t l = 0; l < links; ++l) chains_[l].reach = -1;
   for (const Leaf& leaf : desc.leaves) {
+    if (leaf.triangles.size) return Status::kSkinNotTaken;
     for (const ConvexPart& part : leaf.parts)
       if (part.kind == ShapeKind::kHalfSpace) return Status::kBadShape;
     double center = 0, half = 0;

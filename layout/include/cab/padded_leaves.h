@@ -26,7 +26,8 @@ class PaddedLeaves {
   // their bits.
   // Cost: for a hull of n vertices some part of 12 n^2 comparisons: for when a robot is loaded.
   // Statuses: kBadLeafLink (a leaf is on a link without a length), kBadMargin (a length is below 0, above 1e18 or NaN),
-  // kBadShape (a span has a size and no data, or a number is not finite), kOutOfMemory.
+  // kBadShape (a span has a size and no data, or a number is not finite), kSkinNotTaken (a leaf has triangles),
+  // kOutOfMemory.
   [[nodiscard]] Status set(Span<const Leaf> leaves, Span<const float> padding) noexcept;
 
   // As many as were given, in their order. They point into this object.
@@ -60,6 +61,7 @@ inline Status PaddedLeaves::set(Span<const Leaf> leaves, Span<const float> paddi
   for (const Leaf& leaf : leaves) {
     if (leaf.link >= padding.size) return Status::kBadLeafLink;
     if (leaf.parts.size && !leaf.parts.data) return Status::kBadShape;
+    if (leaf.triangles.size) return Status::kSkinNotTaken;
     if (!(padding[leaf.link] > 0)) continue;
     parts += leaf.parts.size;
     for (const ConvexPart& part : leaf.parts) {

@@ -566,7 +566,7 @@ struct BatchInput {
   BatchId batch;
 
   // The pose of every link of every instance, from link to instance. Required. Poses of links without leaves are read
-  // only if a merge needs their joint.
+  // only if a merge needs their joint, or if they move triangles of a leaf.
   PoseView poses;
 
   // x y z per instance: the instance's origin in the world. Must be finite. Empty (default): all origins are 0.
