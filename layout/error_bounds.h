@@ -30,6 +30,9 @@ inline constexpr double kSweepPad = 0x1p-17;
 // the gain of the link's weights. 160 u; step 19.4: 146 u.
 inline constexpr float kGrowPad = 0x1.4p-17f;
 
+// These lengths have this share of the numbers in double that they come from; step 19.3: 2^-47 over kGrowPad.
+inline constexpr double kGrowDoubles = 0x1p-30;
+
 // Axes of a leaf box that are closer to orthonormal than this keep their bits. 4 u; steps 2.1 and 2.5 allow for it.
 inline constexpr double kAxesExact = 0x1p-22;
 

@@ -25,9 +25,6 @@ constexpr double kDoubles = 1e-12;
 // The largest slope of a weight along a leaf's box. Steeper ones would do more for what rounds than for the box.
 constexpr double kMostSlope = 2;
 
-// The rounding of places in double, as a share of the numbers that they are made of over kGrowPad: 2^-47 over 2^-17.
-constexpr double kDoubleShare = 0x1p-30;
-
 // The least volume that the columns of an inverse bind matrix span, as a share of the product of their lengths.
 constexpr double kLeastBindVolume = 1e-9;
 
@@ -253,7 +250,7 @@ Status fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertice
         size += std::fabs(static_cast<double>(influence.edge[k][c]));
       }
     }
-    influence.size = rounded_up(size + kDoubleShare * (sizes(bind(other)) * largest).head<3>().sum());
+    influence.size = rounded_up(size + kGrowDoubles * (sizes(bind(other)) * largest).head<3>().sum());
     out.influences.push_back(influence);
     out.links.push_back(static_cast<std::uint16_t>(other));
   }
