@@ -312,7 +312,7 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "hulls"});
   CHECK(wrong.exit_code == 2);
   CHECK(wrong.error.find("--part: 'hulls' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
-                         "spheres, points, boxes, capsules or regions") != std::string::npos);
+                         "spheres, points, boxes, capsules, regions or surfaces") != std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
