@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +16,7 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-using Points = std::vector<Vector3d>;
+using Points = std::vector<Vector3d>;  // three numbers each: Eigen uses no SIMD on them, so bits are the same anywhere
 
 // What doubles round here, as a share of numbers up to some ones.
 constexpr double kDoubles = 1e-12;
@@ -109,18 +108,20 @@ Points coordinates_in(const Frame& frame, const Points& points) {
   return out;
 }
 
-// Writes the weight and slope that come closest to weights at coordinates, by least squares.
-void fit_weights(const Points& at, const std::vector<double>& weights, LeafInfluence& out) {
-  Eigen::Matrix4d sums = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+// Writes the slope of the linear function that comes closest to weights at coordinates, by least squares.
+void fit_slope(const Points& at, const std::vector<double>& weights, LeafInfluence& out) {
+  const auto count = static_cast<double>(at.size());
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& y : at) middle += y / count;
+  Matrix3d sums = kRidge * count * Matrix3d::Identity();
+  Vector3d right = Vector3d::Zero();
   for (std::size_t v = 0; v < at.size(); ++v) {
-    const Eigen::Vector4d row(1, at[v][0], at[v][1], at[v][2]);
-    sums += row * row.transpose();
-    right += weights[v] * row;
+    const Vector3d away = at[v] - middle;
+    sums += away * away.transpose();
+    right += weights[v] * away;
   }
-  for (int k = 1; k < 4; ++k) sums(k, k) += kRidge * static_cast<double>(at.size());
-  const Eigen::Vector4d fit = sums.colPivHouseholderQr().solve(right);
-  for (int k = 0; k < 3; ++k) out.slope[k] = static_cast<float>(std::clamp(fit[k + 1], -kMostSlope, kMostSlope));
+  const Vector3d slope = sums.inverse() * right;
+  for (int k = 0; k < 3; ++k) out.slope[k] = static_cast<float>(std::clamp(slope[k], -kMostSlope, kMostSlope));
 }
 
 // The sum of magnitudes of three floats, in double.
@@ -133,7 +134,7 @@ double sum_of(const float (&v)[3]) {
 // What a link with such weights does to the vertices of a box with these coordinates.
 LeafInfluence influence_of(const Points& at, const std::vector<double>& weights) {
   LeafInfluence out = {};
-  fit_weights(at, weights, out);
+  fit_slope(at, weights, out);
   Range rest, bent[3], moved[3];
   const auto slope = [&](const Vector3d& y) {
     double sum = 0;
@@ -170,10 +171,30 @@ bool is_in_range(const LeafFit& fit) {
                      [](const LeafInfluence& by) { return by.size <= kMaxCoordinate; });
 }
 
-// Writes B_i v of a vertex.
-void bind_vertex(const BoundSkin& skin, std::size_t vertex, std::uint32_t link, double (&out)[3]) {
-  const double *v = skin.vertices.data + 3 * vertex, *row = skin.binds.data + std::size_t{12} * link;
-  for (int c = 0; c < 3; ++c, row += 4) out[c] = row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3];
+// A matrix and a translation.
+struct Affine {
+  Matrix3d linear;
+  Vector3d at;
+
+  Vector3d operator*(const Vector3d& p) const { return linear * p + at; }
+  // The largest that numbers can be on the way of points whose coordinates are at most `most` in magnitude.
+  Vector3d sizes(const Vector3d& most) const { return linear.cwiseAbs() * most + at.cwiseAbs(); }
+};
+
+// B_i of a link.
+Affine bind_of(const BoundSkin& skin, std::uint32_t link) {
+  const double* row = skin.binds.data + std::size_t{12} * link;
+  Affine out;
+  for (int r = 0; r < 3; ++r, row += 4) {
+    for (int c = 0; c < 3; ++c) out.linear(r, c) = row[c];
+    out.at[r] = row[3];
+  }
+  return out;
+}
+
+Affine inverse(const Affine& of) {
+  const Matrix3d back = of.linear.inverse();
+  return {back, -(back * of.at)};
 }
 
 // The weight that a link has of a vertex, out of all that the vertex has.
@@ -190,12 +211,14 @@ double weight_of(const BoundSkin& skin, std::size_t vertex, std::uint32_t link) 
 // Fits a box to vertices in the frame of a link, and how other links move them. vertices: at least one, each once.
 // Statuses: kTooManyInfluences, kBadLeafBox. Throws std::bad_alloc.
 Status fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertices, std::uint32_t link, LeafFit& out) {
+  const Affine bind = bind_of(skin, link), unbind = inverse(bind);
   Points points;
+  Vector3d most = Vector3d::Zero();
   std::vector<std::uint32_t> links;
   for (const std::uint32_t vertex : vertices) {
-    double p[3];
-    bind_vertex(skin, vertex, link, p);
-    points.emplace_back(p[0], p[1], p[2]);
+    const Vector3d v = Eigen::Map<const Vector3d>(skin.vertices.data + 3 * std::size_t{vertex});
+    points.push_back(bind * v);
+    most = most.cwiseMax(v.cwiseAbs());
     for (std::uint32_t i = 0; i < skin.influence_count; ++i)
       if (skin.weights[std::size_t{vertex} * skin.influence_count + i] > 0)
         links.push_back(skin.links[std::size_t{vertex} * skin.influence_count + i]);
@@ -209,23 +232,8 @@ Status fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertice
   const Frame frame(out.box);
   const Points at = coordinates_in(frame, points);
 
-  // From the leaf's link as it was bound to the skin, and on to another link.
-  const auto bind = [&](std::uint32_t of) {
-    const double* rows = skin.binds.data + std::size_t{12} * of;
-    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 4; ++c) m(r, c) = rows[4 * r + c];
-    return m;
-  };
-  const Eigen::Matrix4d unbind = bind(link).inverse();
-  // How large numbers are on the way from the skin to the link and back.
-  const auto sizes = [](const Eigen::Matrix4d& m) { return m.cwiseAbs().eval(); };
-  Eigen::Vector4d largest(0, 0, 0, 1);
-  for (const std::uint32_t vertex : vertices)
-    for (int c = 0; c < 3; ++c)
-      largest[c] =
-          std::max(largest[c], std::fabs(skin.vertices[3 * std::size_t{vertex} + static_cast<std::size_t>(c)]));
-  largest = sizes(unbind) * (sizes(bind(link)) * (sizes(unbind) * (sizes(bind(link)) * largest)));
+  // How large numbers are on the way from the skin to the link and back, with the condition of its matrix.
+  most = unbind.sizes(bind.sizes(unbind.sizes(bind.sizes(most))));
   Range own[3];
   std::vector<double> weights(at.size());
   for (const std::uint32_t other : links) {
@@ -236,21 +244,21 @@ Status fit_skinned_leaf(const BoundSkin& skin, Span<const std::uint32_t> vertice
       continue;
     }
     LeafInfluence influence = influence_of(at, weights);
-    const Eigen::Matrix4d to = bind(other) * unbind;
-    const Vector3d center = (to * Eigen::Vector4d(frame.center[0], frame.center[1], frame.center[2], 1)).head<3>();
+    const Affine bind_other = bind_of(skin, other);
+    const Vector3d center = bind_other * (unbind * frame.center);
     double size = 0;
     for (int c = 0; c < 3; ++c) {
       influence.center[c] = static_cast<float>(center[c]);
       size += std::fabs(static_cast<double>(influence.center[c]));
     }
     for (int k = 0; k < 3; ++k) {
-      const Vector3d edge = to.topLeftCorner<3, 3>() * (frame.half[k] * frame.axes.col(k));
+      const Vector3d edge = bind_other.linear * (unbind.linear * (frame.half[k] * frame.axes.col(k)));
       for (int c = 0; c < 3; ++c) {
         influence.edge[k][c] = static_cast<float>(edge[c]);
         size += std::fabs(static_cast<double>(influence.edge[k][c]));
       }
     }
-    influence.size = rounded_up(size + kGrowDoubles * (sizes(bind(other)) * largest).head<3>().sum());
+    influence.size = rounded_up(size + kGrowDoubles * bind_other.sizes(most).sum());
     out.influences.push_back(influence);
     out.links.push_back(static_cast<std::uint16_t>(other));
   }
