@@ -81,14 +81,10 @@ TEST_CASE("boxes that compute_boxes writes hold a skin, on leaves and in every n
       REQUIRE(compute_boxes(*world.engine, world.poses.input(world.batch), policies, boxes) == Status::kOk);
       const ArticulationDesc desc = world.rig.desc();
       for (std::uint32_t i = 0; i < kCount; i += 7) {
-        std::vector<ExactPose> exact;
-        for (std::uint32_t link = 0; link < world.rig.link_count(); ++link)
-          exact.push_back(exact_pose(world.poses, i, link));
+        const std::vector<ExactPose> exact = exact_poses(world.poses, i);
         for (std::size_t leaf = 0; leaf < world.rig.leaves.size(); ++leaf)
           for (const std::uint32_t vertex : world.rig.triangles[leaf]) {
-            ExactBox point{};
-            store(skinned_vertex(desc.skin, exact, vertex), point.center);
-            for (std::size_t k = 0; k < 3; ++k) point.axis[k][k] = 1;
+            const ExactBox point = vertex_box(desc.skin, exact, vertex);
             for (const std::size_t node : {leaf, std::size_t{info.node_count} - 1}) {
               const Box& box = boxes[std::size_t{i} * info.node_count + node];
               OracleBox<float> stored{};
@@ -166,9 +162,7 @@ TEST_CASE("rays find the link of every vertex of a skin that they are shot at") 
     require(reserve(*world.engine, reserved));
     const ArticulationDesc desc = world.rig.desc();
     for (std::uint32_t i = 0; i < kCount; i += 11) {
-      std::vector<ExactPose> exact;
-      for (std::uint32_t link = 0; link < world.rig.link_count(); ++link)
-        exact.push_back(exact_pose(world.poses, i, link));
+      const std::vector<ExactPose> exact = exact_poses(world.poses, i);
       for (std::size_t leaf = 0; leaf < world.rig.leaves.size(); ++leaf) {
         const Point at = skinned_vertex(desc.skin, exact, world.rig.triangles[leaf][0]);
         const Vec3<double> direction = random.unit_vector();

@@ -1,11 +1,10 @@
 // Boxes of a skin's leaves hold its vertices in every pose, on every instruction set with the same bits.
 #include "kernels/grow_leaves.h"
 
-#include "kernels/pose_leaves.h"
 #include "layout/arena.h"
 #include "layout/articulation.h"
 #include "perf/judge/oracle/containment.h"
-#include "perf/judge/oracle/random_skins.h"
+#include "perf/judge/verify/posed_skin.h"
 #include "tests/kernels/isas.h"
 #include "tests/rounds.h"
 
@@ -22,6 +21,8 @@ using oracle::Poses;
 using oracle::Random;
 using oracle::SkinRegime;
 using oracle::SkinRig;
+using perf::pose_skin;
+using perf::PosedSkin;
 
 constexpr std::uint64_t kSeed = 40;
 
@@ -32,35 +33,6 @@ struct BuiltSkin {
   Arena arena;
   Articulation articulation;
 };
-
-struct Posed {
-  std::vector<BoxTile> leaves;
-  std::uint8_t flags[kLanes];
-};
-
-Posed pose(const kernel::KernelTable& kernels, const Articulation& articulation, const Poses& poses,
-           const float (&margins)[kLanes]) {
-  Posed out;
-  out.leaves.resize(articulation.leaf_count);
-  std::vector<PointTile> joints(articulation.link_count);
-  std::vector<MotionTile> skin(skin_tiles(articulation));
-  kernel::PoseTile job = {};
-  job.articulation = &articulation;
-  job.coding = {poses.format, poses.has_scale         ? Scaling::kInMatrices
-                              : !poses.scales.empty() ? Scaling::kPerInstance
-                                                      : Scaling::kNone};
-  job.link_stride = poses.floats_per_pose();
-  kernel::point_lanes(poses.data.data(), articulation.link_count * job.link_stride, kLanes, job.poses);
-  if (!poses.orientations.empty()) kernel::point_lanes(poses.orientations.data(), 4, kLanes, job.orientations);
-  if (!poses.scales.empty()) std::copy_n(poses.scales.data(), kLanes, job.scales);
-  std::copy_n(margins, kLanes, job.margins);
-  job.leaves = out.leaves.data();
-  job.joints = joints.data();
-  job.skin = skin.data();
-  job.flags = out.flags;
-  kernels.pose_leaves(job);
-  return out;
-}
 
 // How the vertices of a leaf lie in its posed box.
 struct Fit {
@@ -73,18 +45,13 @@ oracle::Real area_of(const oracle::Point& half) { return half[0] * half[1] + hal
 
 Fit judge(const SkinRig& rig, const Poses& poses, std::uint32_t instance, std::size_t leaf, const BoxTile& tile) {
   const ArticulationDesc desc = rig.desc();
-  std::vector<oracle::ExactPose> exact;
-  for (std::uint32_t link = 0; link < rig.link_count(); ++link) exact.push_back(exact_pose(poses, instance, link));
+  const std::vector<oracle::ExactPose> exact = exact_poses(poses, instance);
   const auto box = oracle::get(tile, instance);
   Fit out;
   oracle::Point lo{}, hi{};
   for (std::size_t v = 0; v < rig.triangles[leaf].size(); ++v) {
     const oracle::Point p = skinned_vertex(desc.skin, exact, rig.triangles[leaf][v]);
-    oracle::ExactBox point{};
-    store(p, point.center);
-    for (std::size_t k = 0; k < 3; ++k) point.axis[k][k] = 1;
-    const oracle::ContainmentVerdict verdict = judge_containment(box, point);
-    out.outside += !verdict.inside;
+    out.outside += !judge_containment(box, vertex_box(desc.skin, exact, rig.triangles[leaf][v])).inside;
     for (std::size_t k = 0; k < 3; ++k) {
       const oracle::Real y = dot(p - convert<oracle::Real>(oracle::to_vec3(box.center)),
                                  oracle::convert<oracle::Real>(oracle::to_vec3(box.axis[k])));
@@ -118,9 +85,9 @@ TEST_CASE("boxes of a skin hold its vertices however its links stand, with the s
     if (random.chance(0.2))
       for (float& m : margins) m = static_cast<float>(0.1 * rig.size);
     const std::vector<const kernel::KernelTable*> tables = available_kernels();
-    const Posed posed = pose(*tables[0], built.articulation, poses, margins);
+    const PosedSkin posed = pose_skin(*tables[0], built.articulation, poses, margins);
     for (const kernel::KernelTable* table : tables) {
-      const Posed other = pose(*table, built.articulation, poses, margins);
+      const PosedSkin other = pose_skin(*table, built.articulation, poses, margins);
       INFO(name_of(*table));
       REQUIRE(std::memcmp(posed.leaves.data(), other.leaves.data(), posed.leaves.size() * sizeof(BoxTile)) == 0);
       REQUIRE(std::memcmp(posed.flags, other.flags, sizeof posed.flags) == 0);
@@ -149,7 +116,7 @@ TEST_CASE("boxes of a bent limb are little larger than those about its skinned v
     const SkinRig rig = random_skin(random, SkinRegime::kSmooth);
     const BuiltSkin built(rig);
     const Poses poses = random_skin_poses(random, rig, kLanes, PoseFormat::kMatrix3x4Rows, 0.7, 0.02, 1);
-    const Posed posed = pose(*kernel::find_kernels(Isa::kAuto), built.articulation, poses, {});
+    const PosedSkin posed = pose_skin(*kernel::find_kernels(Isa::kAuto), built.articulation, poses);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
       for (std::size_t leaf = 0; leaf < rig.leaves.size(); ++leaf) {
         const Fit fit = judge(rig, poses, lane, leaf, posed.leaves[leaf]);
@@ -174,7 +141,8 @@ TEST_CASE("a leaf whose vertices one link moves has the bits of a rigid leaf wit
     const BuiltSkin rigid(rig);
     const Poses poses = random_skin_poses(random, rig, kLanes, PoseFormat::kQuaternionTranslation, 3, 1, 1);
     const kernel::KernelTable& kernels = *kernel::find_kernels(Isa::kAuto);
-    const Posed a = pose(kernels, skinned.articulation, poses, {}), b = pose(kernels, rigid.articulation, poses, {});
+    const PosedSkin a = pose_skin(kernels, skinned.articulation, poses),
+                    b = pose_skin(kernels, rigid.articulation, poses);
     REQUIRE(std::memcmp(a.leaves.data(), b.leaves.data(), a.leaves.size() * sizeof(BoxTile)) == 0);
   }
 }
@@ -185,15 +153,15 @@ TEST_CASE("a bad pose of one link masks its instance alone, whatever the link mo
     const SkinRig rig = random_skin(random, SkinRegime::kMany);
     const BuiltSkin built(rig);
     Poses poses = random_skin_poses(random, rig, kLanes, PoseFormat::kQuaternionTranslation, 1, 0.1, 1);
-    const Posed good = pose(*kernel::find_kernels(Isa::kAuto), built.articulation, poses, {});
+    const PosedSkin good = pose_skin(*kernel::find_kernels(Isa::kAuto), built.articulation, poses);
     const std::uint16_t link =
         built.articulation.skin.relatives[random.index(static_cast<unsigned>(built.articulation.skin.relatives.size))];
     const std::uint32_t bad = random.index(kLanes);
     poses.pose(bad, link)[random.index(7)] = std::nanf("");
-    std::vector<Posed> all;
+    std::vector<PosedSkin> all;
     for (const kernel::KernelTable* table : available_kernels())
-      all.push_back(pose(*table, built.articulation, poses, {}));
-    for (const Posed& posed : all) {
+      all.push_back(pose_skin(*table, built.articulation, poses));
+    for (const PosedSkin& posed : all) {
       CHECK(std::memcmp(posed.leaves.data(), all[0].leaves.data(), posed.leaves.size() * sizeof(BoxTile)) == 0);
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         CHECK(posed.flags[lane] == (lane == bad ? kInstanceNotFinite : kInstanceOk));

@@ -170,6 +170,13 @@ inline Poses random_skin_poses(Random& random, const SkinRig& rig, std::uint32_t
   return out;
 }
 
+// The exact pose of each link of an instance.
+inline std::vector<ExactPose> exact_poses(const Poses& poses, std::uint32_t instance) {
+  std::vector<ExactPose> out;
+  for (std::uint32_t link = 0; link < poses.link_count; ++link) out.push_back(exact_pose(poses, instance, link));
+  return out;
+}
+
 // Where a vertex of a skin is, relative to its instance's origin. poses: exact_pose of each link of the instance.
 inline Point skinned_vertex(const SkinDesc& skin, const std::vector<ExactPose>& poses, std::size_t vertex) {
   Point out{};
@@ -190,6 +197,14 @@ inline Point skinned_vertex(const SkinDesc& skin, const std::vector<ExactPose>& 
     weights += weight;
   }
   return (1 / weights) * out;
+}
+
+// A vertex of a skin as a box, for judge_containment.
+inline ExactBox vertex_box(const SkinDesc& skin, const std::vector<ExactPose>& poses, std::size_t vertex) {
+  ExactBox out{};
+  store(skinned_vertex(skin, poses, vertex), out.center);
+  for (std::size_t k = 0; k < 3; ++k) out.axis[k][k] = 1;
+  return out;
 }
 
 }  // namespace cab::oracle

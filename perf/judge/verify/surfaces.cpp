@@ -4,15 +4,14 @@
 #include <array>
 #include <iterator>
 
-#include "kernels/pose_leaves.h"
 #include "layout/arena.h"
 #include "layout/articulation.h"
 #include "perf/harness/world.h"
 #include "perf/judge/oracle/box_tile.h"
 #include "perf/judge/oracle/containment.h"
 #include "perf/judge/oracle/float_frame.h"
-#include "perf/judge/oracle/random_skins.h"
 #include "perf/judge/verify/parts.h"
+#include "perf/judge/verify/posed_skin.h"
 
 namespace cab::perf {
 namespace {
@@ -28,51 +27,22 @@ constexpr Method kMethods[] = {{"quaternions", PoseFormat::kQuaternionTranslatio
                                {"matrices, by rows", PoseFormat::kMatrix3x4Rows},
                                {"matrices, by columns", PoseFormat::kMatrix4x4Columns}};
 
-// Poses the leaves of sixteen instances.
-std::vector<BoxTile> posed_leaves(const kernel::KernelTable& kernels, const Articulation& articulation,
-                                  const oracle::Poses& poses, std::uint8_t (&flags)[kLanes]) {
-  std::vector<BoxTile> out(articulation.leaf_count);
-  std::vector<PointTile> joints(articulation.link_count);
-  std::vector<MotionTile> skin(skin_tiles(articulation));
-  kernel::PoseTile job = {};
-  job.articulation = &articulation;
-  job.coding.format = poses.format;
-  job.coding.scaling = poses.has_scale         ? Scaling::kInMatrices
-                       : !poses.scales.empty() ? Scaling::kPerInstance
-                                               : Scaling::kNone;
-  job.link_stride = poses.floats_per_pose();
-  kernel::point_lanes(poses.data.data(), articulation.link_count * job.link_stride, kLanes, job.poses);
-  if (!poses.orientations.empty()) kernel::point_lanes(poses.orientations.data(), 4, kLanes, job.orientations);
-  if (!poses.scales.empty()) std::copy_n(poses.scales.data(), kLanes, job.scales);
-  job.leaves = out.data();
-  job.joints = joints.data();
-  job.skin = skin.data();
-  job.flags = flags;
-  kernels.pose_leaves(job);
-  return out;
-}
-
 void judge_skin(Task& task, std::size_t method, const oracle::SkinRig& rig, const Articulation& articulation) {
   constexpr double kAngles[] = {0.1, 1, 3.14159265}, kShifts[] = {0, 0.1, 10}, kAway[] = {0, 1, 1e4, 1e7};
   oracle::Random& random = task.random;
   const double angle = kAngles[random.index(3)], shift = kShifts[random.index(3)], away = kAway[random.index(4)];
   const oracle::Poses poses = random_skin_poses(random, rig, kLanes, kMethods[method].format, angle, shift, away);
-  std::uint8_t flags[kLanes];
-  const std::vector<BoxTile> leaves = posed_leaves(*task.subject->kernels, articulation, poses, flags);
+  const PosedSkin posed = pose_skin(*task.subject->kernels, articulation, poses);
   const ArticulationDesc desc = rig.desc();
   Tally& tally = task.tallies[method];
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    if (flags[lane] != kInstanceOk) task.violation(method, "an instance is masked");
-    std::vector<oracle::ExactPose> exact;
-    for (std::uint32_t link = 0; link < rig.link_count(); ++link) exact.push_back(exact_pose(poses, lane, link));
-    for (std::size_t leaf = 0; leaf < leaves.size(); ++leaf) {
-      const auto box = oracle::get(leaves[leaf], lane);
+    if (posed.flags[lane] != kInstanceOk) task.violation(method, "an instance is masked");
+    const std::vector<oracle::ExactPose> exact = exact_poses(poses, lane);
+    for (std::size_t leaf = 0; leaf < posed.leaves.size(); ++leaf) {
+      const auto box = oracle::get(posed.leaves[leaf], lane);
       tally.axes = std::max(tally.axes, oracle::orthonormality_error(box) / oracle::kFloatRoundoff);
       for (const std::uint32_t vertex : rig.triangles[leaf]) {
-        oracle::ExactBox point{};
-        store(skinned_vertex(desc.skin, exact, vertex), point.center);
-        for (std::size_t k = 0; k < 3; ++k) point.axis[k][k] = 1;
-        const oracle::ContainmentVerdict verdict = judge_containment(box, point);
+        const oracle::ContainmentVerdict verdict = judge_containment(box, vertex_box(desc.skin, exact, vertex));
         ++tally.judged;
         tally.excess = std::max(tally.excess, verdict.excess_ulps);
         if (!verdict.inside)
