@@ -290,6 +290,28 @@ inline constexpr double kFlatShare = 0x1p-20;
 // and support points. 2^-40; step 8.2: 2^-46, and what qhull leaves out of a hull.
 inline constexpr double kGapRounding = 0x1p-40;
 
+// ----------------------------------------------------------------------------------------------------- triangles
+
+// The volume of a tetrahedron between two triangles, times six, is off by this share of the two edges of which it is a
+// product, in their largest coordinates, and of all lengths of the pair; and what the triangles span along a product of
+// two edges by this share of a product of three edges. 96 u; step 20.3: 88 u. In double 96 times 2^-53.
+inline constexpr float kTriangleRounding = 0x1.8p-18f;
+inline constexpr double kTriangleRoundingDouble = 0x1.8p-47;
+
+// The caller's error and margin grow by 32 u, for the rounding of bounds and of lengths; step 20.4: 12 u.
+inline constexpr float kTriangleUp = 0x1.00004p0f;
+
+// The size of a pair that is tested by products of three lengths, and what they may lose to underflow, times 1 and the
+// size; step 20.7.
+inline constexpr float kLeastTriangles = 0x1p-24f;
+inline constexpr float kMostTriangles = 0x1p28f;
+inline constexpr float kTriangleTiny = 0x1p-124f;
+inline constexpr double kLeastTrianglesDouble = 0x1p-200;
+inline constexpr double kMostTrianglesDouble = 0x1p200;
+inline constexpr double kTriangleTinyDouble = 0x1p-1000;
+
+// ------------------------------------------------------------------------------------- round leaves, motions, sine
+
 // Round leaves (kernels/round_leaves.h): how far two posed leaves may be nearer or farther than their tiles say, per
 // length that went into them. 2^-17; step 16.1: 52 u. kRoundTiny: what may be lost to underflow, by step 16.2 2e-19.
 inline constexpr float kRoundSlack = 0x1p-17f;

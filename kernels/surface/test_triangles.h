@@ -1,0 +1,245 @@
+// Pairs of triangles as lanes: whether they are farther apart than a margin, or have a point in common. Both answers
+// hold by more than all rounding (docs/proof.md, part 20); a pair in between stays undecided. Triangles are closed, and
+// may have no area.
+#pragma once
+
+#include "kernels/convex/convex_block.h"
+#include "kernels/vec3.h"
+#include "layout/error_bounds.h"
+
+namespace cab::kernel {
+
+// Triangles as lanes: the corners of one triangle in each lane.
+template <class V>
+struct TriangleLanes {
+  Vec3<V> corner[3];
+};
+
+// One triangle of a pair, without its place.
+template <class V>
+struct TriangleShape {
+  Vec3<V> edge[3];  // from each corner to the next
+  V size[3];        // the largest coordinate of each edge
+  V largest;        // of these
+  Vec3<V> normal;   // edge 0 x edge 1
+  V normal_size;    // size 0 times size 1
+};
+
+// A pair of triangles. Places are relative to the first corner of a.
+template <class V>
+struct TrianglePair {
+  TriangleShape<V> a, b;
+  Vec3<V> corner[3];  // of b
+  V away;             // the largest coordinate of these
+};
+
+// What bounds of a pair are made of.
+template <class V>
+struct TriangleSlack {
+  V error, margin;  // of the caller, a little larger
+  V rounding;       // of a volume, over the size of the product of the two lengths that are known
+  V spans;          // of what both triangles span along a product of edges
+  V tiny;           // for underflow
+  bool has_margin;  // in any lane
+};
+
+// The constant for V's precision.
+template <class V>
+CAB_INLINE V by_precision(float in_float, double in_double) {
+  if constexpr (kIsDouble<V>)
+    return V(in_double);
+  else
+    return V(in_float);
+}
+
+template <class V>
+CAB_INLINE TriangleShape<V> shape_of(const TriangleLanes<V>& triangle) {
+  TriangleShape<V> out;
+  for (int k = 0; k < 3; ++k) {
+    out.edge[k] = triangle.corner[(k + 1) % 3] - triangle.corner[k];
+    out.size[k] = max_component(abs(out.edge[k]));
+  }
+  out.largest = max(max(out.size[0], out.size[1]), out.size[2]);
+  out.normal = cross(out.edge[0], out.edge[1]);
+  out.normal_size = out.size[0] * out.size[1];
+  return out;
+}
+
+template <class V>
+CAB_INLINE TrianglePair<V> pair_of(const TriangleLanes<V>& a, const TriangleLanes<V>& b) {
+  TrianglePair<V> out;
+  out.a = shape_of(a);
+  out.b = shape_of(b);
+  for (int k = 0; k < 3; ++k) out.corner[k] = b.corner[k] - a.corner[0];
+  out.away = max_component(max(max(abs(out.corner[0]), abs(out.corner[1])), abs(out.corner[2])));
+  return out;
+}
+
+template <class V>
+CAB_INLINE TriangleSlack<V> slack_of(const TrianglePair<V>& pair, V error, V margin) {
+  const V lengths = (pair.a.largest + pair.b.largest) + pair.away;
+  const V rounding = by_precision<V>(kTriangleRounding, kTriangleRoundingDouble);
+  TriangleSlack<V> out;
+  out.error = V(kTriangleUp) * error;
+  out.margin = V(kTriangleUp) * margin;
+  out.rounding = rounding * (lengths + (error + margin));
+  out.tiny = by_precision<V>(kTriangleTiny, kTriangleTinyDouble) * (V(1.0f) + lengths);
+  out.spans = rounding * (pair.a.normal_size * pair.b.largest + pair.b.normal_size * pair.a.largest) + out.tiny;
+  out.has_margin = bits(margin > V(0.0f)) != 0;
+  return out;
+}
+
+template <class V>
+CAB_INLINE V length_of(const Vec3<V>& v) {
+  return sqrt(dot(v, v) + by_precision<V>(kTriangleTiny, kTriangleTinyDouble));
+}
+
+// Volumes of tetrahedra, six times each, of corners of both triangles. What a triangle spans along any product of two
+// edges is one of them, or a difference of two.
+template <class V>
+struct TriangleVolumes {
+  V heights_of_b[3], heights_of_a[3];  // of the corners of one triangle above the plane of the other
+  V edges[3][3];                     // edge i of a and edge j of b: positive if b's passes a's on the side of the product
+  V span_of_a[3], span_of_b[3];      // of a along products with edge j of b, and of b along those with edge i of a
+};
+
+template <class V>
+CAB_INLINE TriangleVolumes<V> volumes_of(const TrianglePair<V>& pair) {
+  TriangleVolumes<V> out;
+  for (int k = 0; k < 3; ++k) {
+    out.span_of_a[k] = dot(pair.a.normal, pair.b.edge[k]);
+    out.span_of_b[k] = dot(pair.b.normal, pair.a.edge[k]);
+  }
+  out.heights_of_b[0] = dot(pair.a.normal, pair.corner[0]);
+  out.heights_of_b[1] = out.heights_of_b[0] + out.span_of_a[0];
+  out.heights_of_b[2] = out.heights_of_b[0] - out.span_of_a[2];
+  out.heights_of_a[0] = V(0.0f) - dot(pair.b.normal, pair.corner[0]);
+  out.heights_of_a[1] = out.heights_of_a[0] + out.span_of_b[0];
+  out.heights_of_a[2] = out.heights_of_a[0] - out.span_of_b[2];
+  for (int j = 0; j < 3; ++j) {
+    const Vec3<V> moment = cross(pair.b.edge[j], pair.corner[j]);
+    for (int i = 0; i < 3; ++i) out.edges[i][j] = dot(pair.a.edge[i], moment);
+    out.edges[1][j] = out.edges[1][j] - out.span_of_a[j];  // edge 1 alone does not pass through the first corner
+  }
+  return out;
+}
+
+template <class V>
+CAB_INLINE V least_of(const V (&v)[3]) {
+  return min(min(v[0], v[1]), v[2]);
+}
+template <class V>
+CAB_INLINE V most_of(const V (&v)[3]) {
+  return max(max(v[0], v[1]), v[2]);
+}
+
+// The gap along the normal of a triangle beyond what rounding, error and margin need; heights: of the other's corners.
+template <class V>
+CAB_INLINE V beyond_plane(const TriangleShape<V>& triangle, const V (&heights)[3], const TriangleSlack<V>& slack) {
+  V needed = (triangle.normal_size * slack.rounding + slack.tiny) + slack.error * sum(abs(triangle.normal));
+  if (slack.has_margin) needed = needed + slack.margin * length_of(triangle.normal);
+  return max(least_of(heights), V(0.0f) - most_of(heights)) - needed;
+}
+
+// The lanes whose triangles are apart along the normal of one of them, or along a product of an edge of each.
+template <class V>
+CAB_INLINE Mask<V> apart_by_volumes(const TrianglePair<V>& pair, const TriangleVolumes<V>& volumes,
+                                    const TriangleSlack<V>& slack) {
+  const V zero(0.0f);
+  V beyond = max(beyond_plane(pair.a, volumes.heights_of_b, slack), beyond_plane(pair.b, volumes.heights_of_a, slack));
+  // The third corner of a triangle is on one side of its edge, `span` away.
+  V lo_a[3], hi_a[3], lo_b[3], hi_b[3];
+  for (int k = 0; k < 3; ++k) {
+    lo_a[k] = min(volumes.span_of_a[k], zero);
+    hi_a[k] = max(volumes.span_of_a[k], zero);
+    lo_b[k] = min(volumes.span_of_b[k], zero);
+    hi_b[k] = max(volumes.span_of_b[k], zero);
+  }
+  const V per_size = V(4.0f) * slack.error + slack.rounding;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      V needed = (pair.a.size[i] * pair.b.size[j]) * per_size + slack.spans;
+      if (slack.has_margin) needed = needed + slack.margin * length_of(cross(pair.a.edge[i], pair.b.edge[j]));
+      const V above = volumes.edges[i][j] + (lo_a[j] + lo_b[i]), below = volumes.edges[i][j] + (hi_a[j] + hi_b[i]);
+      beyond = max(beyond, max(above, zero - below) - needed);
+    }
+  return beyond > zero;
+}
+
+// The lanes in which an edge passes through the inside of the other triangle: its ends are on both sides of the plane,
+// and it passes all three edges on one side. Each volume that says so exceeds its bound.
+template <class V>
+CAB_INLINE Mask<V> touching_by_volumes(const TrianglePair<V>& pair, const TriangleVolumes<V>& volumes,
+                                       const TriangleSlack<V>& slack) {
+  const V zero(0.0f), two(2.0f);
+  const V a = pair.a.largest, b = pair.b.largest, away = a + pair.away;
+  const V moved_a = a + two * slack.error, moved_b = b + two * slack.error, error = V(4.0f) * slack.error;
+  const V by_edges =
+      ((a * b) * slack.rounding + slack.spans) + error * (two * ((moved_a + moved_b) * away) + moved_a * moved_b);
+  const V by_a = (pair.a.normal_size * slack.rounding + slack.tiny) + error * (moved_a * (V(4.0f) * away + moved_a));
+  const V by_b = (pair.b.normal_size * slack.rounding + slack.tiny) + error * (moved_b * (V(4.0f) * away + moved_b));
+  const auto passes = [&](V first, V second, V third, V from, V to, V by_plane) {
+    const V least = min(min(first, second), third), most = max(max(first, second), third);
+    const V one_side = max(least, zero - most) - by_edges;
+    const V both_sides = min(max(from, to), zero - min(from, to)) - by_plane;
+    return min(one_side, both_sides);
+  };
+  V beyond = zero;
+  for (int k = 0; k < 3; ++k) {
+    const V(&e)[3][3] = volumes.edges;
+    const int next = (k + 1) % 3;
+    beyond = max(beyond, passes(e[k][0], e[k][1], e[k][2], volumes.heights_of_a[k], volumes.heights_of_a[next], by_b));
+    beyond = max(beyond, passes(e[0][k], e[1][k], e[2][k], volumes.heights_of_b[k], volumes.heights_of_b[next], by_a));
+  }
+  return beyond > zero;
+}
+
+// The gap of a pair along any direction beyond what rounding, error and margin need.
+template <class V>
+CAB_INLINE V beyond_along(const Vec3<V>& direction, const TrianglePair<V>& pair, const TriangleSlack<V>& slack) {
+  const V zero(0.0f);
+  const V at_a[2] = {dot(direction, pair.a.edge[0]), zero - dot(direction, pair.a.edge[2])};
+  const V at_b[3] = {dot(direction, pair.corner[0]), dot(direction, pair.corner[1]), dot(direction, pair.corner[2])};
+  const V lo_a = min(min(at_a[0], at_a[1]), zero), hi_a = max(max(at_a[0], at_a[1]), zero);
+  V needed = sum(abs(direction)) * (slack.error + slack.rounding) + slack.tiny;
+  if (slack.has_margin) needed = needed + slack.margin * length_of(direction);
+  return max(least_of(at_b) - hi_a, lo_a - most_of(at_b)) - needed;
+}
+
+// The lanes whose triangles are apart along a direction in the plane of one of them and across an edge of it: all that
+// parts triangles in one plane.
+template <class V>
+CAB_INLINE Mask<V> apart_in_plane(const TrianglePair<V>& pair, const TriangleSlack<V>& slack) {
+  const V zero(0.0f), least = by_precision<V>(kTriangleTiny, kTriangleTinyDouble);
+  V beyond = zero;
+  for (const TriangleShape<V>* triangle : {&pair.a, &pair.b}) {
+    const Vec3<V>& n = triangle->normal;
+    const Vec3<V> normal = divide(V(1.0f), max(max_component(abs(n)), least)) * n;
+    for (int k = 0; k < 3; ++k) beyond = max(beyond, beyond_along(cross(normal, triangle->edge[k]), pair, slack));
+  }
+  return beyond > zero;
+}
+
+// The answers for the lanes of `active`. error: how far each coordinate of a corner of b less a corner of a may be from
+// the truth. Error and margin are 0 to kMaxCoordinate. Pairs of a size beyond what products of three lengths can hold
+// stay undecided.
+template <class V>
+CAB_INLINE ConvexAnswer test_triangles(const TriangleLanes<V>& a, const TriangleLanes<V>& b, V error, V margin,
+                                       std::uint32_t active) {
+  const TrianglePair<V> pair = pair_of(a, b);
+  const V size = max(pair.a.largest, pair.away);
+  active &= bits(both(size >= by_precision<V>(kLeastTriangles, kLeastTrianglesDouble),
+                      size <= by_precision<V>(kMostTriangles, kMostTrianglesDouble)));
+  const TriangleSlack<V> slack = slack_of(pair, error, margin);
+  const TriangleVolumes<V> volumes = volumes_of(pair);
+  ConvexAnswer answer;
+  answer.apart = bits(apart_by_volumes(pair, volumes, slack)) & active;
+  active &= ~answer.apart;
+  if (!active) return answer;
+  answer.touching = bits(touching_by_volumes(pair, volumes, slack)) & active;
+  active &= ~answer.touching;
+  if (active) answer.apart |= bits(apart_in_plane(pair, slack)) & active;
+  return answer;
+}
+
+}  // namespace cab::kernel
