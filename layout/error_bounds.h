@@ -298,8 +298,10 @@ inline constexpr double kGapRounding = 0x1p-40;
 inline constexpr float kTriangleRounding = 0x1.8p-18f;
 inline constexpr double kTriangleRoundingDouble = 0x1.8p-47;
 
-// The caller's error and margin grow by 32 u, for the rounding of bounds and of lengths; step 20.4: 12 u.
+// The caller's error and margin grow by 64 u, for the rounding of bounds and of lengths; step 20.4: 12 u. In double by
+// 64 times 2^-53.
 inline constexpr float kTriangleUp = 0x1.00004p0f;
+inline constexpr double kTriangleUpDouble = 0x1.000000000002p0;
 
 // The size of a pair that is tested by products of three lengths, and what they may lose to underflow, times 1 and the
 // size; step 20.7.

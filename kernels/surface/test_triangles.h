@@ -40,7 +40,6 @@ struct TriangleSlack {
   V rounding;       // of a volume, over the size of the product of the two lengths that are known
   V spans;          // of what both triangles span along a product of edges
   V tiny;           // for underflow
-  bool has_margin;  // in any lane
 };
 
 // The constant for V's precision.
@@ -79,13 +78,13 @@ template <class V>
 CAB_INLINE TriangleSlack<V> slack_of(const TrianglePair<V>& pair, V error, V margin) {
   const V lengths = (pair.a.largest + pair.b.largest) + pair.away;
   const V rounding = by_precision<V>(kTriangleRounding, kTriangleRoundingDouble);
+  const V up = by_precision<V>(kTriangleUp, kTriangleUpDouble);
   TriangleSlack<V> out;
-  out.error = V(kTriangleUp) * error;
-  out.margin = V(kTriangleUp) * margin;
+  out.error = up * error;
+  out.margin = up * margin;
   out.rounding = rounding * (lengths + (error + margin));
   out.tiny = by_precision<V>(kTriangleTiny, kTriangleTinyDouble) * (V(1.0f) + lengths);
   out.spans = rounding * (pair.a.normal_size * pair.b.largest + pair.b.normal_size * pair.a.largest) + out.tiny;
-  out.has_margin = bits(margin > V(0.0f)) != 0;
   return out;
 }
 
@@ -99,8 +98,8 @@ CAB_INLINE V length_of(const Vec3<V>& v) {
 template <class V>
 struct TriangleVolumes {
   V heights_of_b[3], heights_of_a[3];  // of the corners of one triangle above the plane of the other
-  V edges[3][3];                     // edge i of a and edge j of b: positive if b's passes a's on the side of the product
-  V span_of_a[3], span_of_b[3];      // of a along products with edge j of b, and of b along those with edge i of a
+  V edges[3][3];                 // edge i of a and edge j of b: positive if b's passes a's on the side of the product
+  V span_of_a[3], span_of_b[3];  // of a along products with edge j of b, and of b along those with edge i of a
 };
 
 template <class V>
@@ -133,37 +132,45 @@ CAB_INLINE V most_of(const V (&v)[3]) {
   return max(max(v[0], v[1]), v[2]);
 }
 
+// What a gap along a direction needs in addition if there is a margin.
+template <bool kHasMargin, class V>
+CAB_INLINE V with_margin(V needed, const Vec3<V>& direction, const TriangleSlack<V>& slack) {
+  if constexpr (kHasMargin)
+    return needed + slack.margin * length_of(direction);
+  else
+    return needed;
+}
+
 // The gap along the normal of a triangle beyond what rounding, error and margin need; heights: of the other's corners.
-template <class V>
+template <bool kHasMargin, class V>
 CAB_INLINE V beyond_plane(const TriangleShape<V>& triangle, const V (&heights)[3], const TriangleSlack<V>& slack) {
-  V needed = (triangle.normal_size * slack.rounding + slack.tiny) + slack.error * sum(abs(triangle.normal));
-  if (slack.has_margin) needed = needed + slack.margin * length_of(triangle.normal);
-  return max(least_of(heights), V(0.0f) - most_of(heights)) - needed;
+  const V needed = (triangle.normal_size * slack.rounding + slack.tiny) + slack.error * sum(abs(triangle.normal));
+  return max(least_of(heights), V(0.0f) - most_of(heights)) - with_margin<kHasMargin>(needed, triangle.normal, slack);
 }
 
 // The lanes whose triangles are apart along the normal of one of them, or along a product of an edge of each.
-template <class V>
+template <bool kHasMargin, class V>
 CAB_INLINE Mask<V> apart_by_volumes(const TrianglePair<V>& pair, const TriangleVolumes<V>& volumes,
                                     const TriangleSlack<V>& slack) {
-  const V zero(0.0f);
-  V beyond = max(beyond_plane(pair.a, volumes.heights_of_b, slack), beyond_plane(pair.b, volumes.heights_of_a, slack));
-  // The third corner of a triangle is on one side of its edge, `span` away.
-  V lo_a[3], hi_a[3], lo_b[3], hi_b[3];
+  V beyond = max(beyond_plane<kHasMargin>(pair.a, volumes.heights_of_b, slack),
+                 beyond_plane<kHasMargin>(pair.b, volumes.heights_of_a, slack));
+  // Along a product of edges each triangle reaches from its edge to its third corner: half of its span about a middle.
+  V half_a[3], half_b[3], by_size[3];
+  const V half(0.5f), per_size = V(4.0f) * slack.error + slack.rounding;
   for (int k = 0; k < 3; ++k) {
-    lo_a[k] = min(volumes.span_of_a[k], zero);
-    hi_a[k] = max(volumes.span_of_a[k], zero);
-    lo_b[k] = min(volumes.span_of_b[k], zero);
-    hi_b[k] = max(volumes.span_of_b[k], zero);
+    half_a[k] = half * volumes.span_of_a[k];
+    half_b[k] = half * volumes.span_of_b[k];
+    by_size[k] = per_size * pair.b.size[k];
   }
-  const V per_size = V(4.0f) * slack.error + slack.rounding;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      V needed = (pair.a.size[i] * pair.b.size[j]) * per_size + slack.spans;
-      if (slack.has_margin) needed = needed + slack.margin * length_of(cross(pair.a.edge[i], pair.b.edge[j]));
-      const V above = volumes.edges[i][j] + (lo_a[j] + lo_b[i]), below = volumes.edges[i][j] + (hi_a[j] + hi_b[i]);
-      beyond = max(beyond, max(above, zero - below) - needed);
+  for (int j = 0; j < 3; ++j) {
+    const V reach_a = abs(half_a[j]) + slack.spans;
+    for (int i = 0; i < 3; ++i) {
+      V needed = (reach_a + abs(half_b[i])) + pair.a.size[i] * by_size[j];
+      if constexpr (kHasMargin) needed = with_margin<true>(needed, cross(pair.a.edge[i], pair.b.edge[j]), slack);
+      beyond = max(beyond, abs(volumes.edges[i][j] + (half_a[j] + half_b[i])) - needed);
     }
-  return beyond > zero;
+  }
+  return beyond > V(0.0f);
 }
 
 // The lanes in which an edge passes through the inside of the other triangle: its ends are on both sides of the plane,
@@ -201,9 +208,8 @@ CAB_INLINE V beyond_along(const Vec3<V>& direction, const TrianglePair<V>& pair,
   const V at_a[2] = {dot(direction, pair.a.edge[0]), zero - dot(direction, pair.a.edge[2])};
   const V at_b[3] = {dot(direction, pair.corner[0]), dot(direction, pair.corner[1]), dot(direction, pair.corner[2])};
   const V lo_a = min(min(at_a[0], at_a[1]), zero), hi_a = max(max(at_a[0], at_a[1]), zero);
-  V needed = sum(abs(direction)) * (slack.error + slack.rounding) + slack.tiny;
-  if (slack.has_margin) needed = needed + slack.margin * length_of(direction);
-  return max(least_of(at_b) - hi_a, lo_a - most_of(at_b)) - needed;
+  const V needed = sum(abs(direction)) * (slack.error + slack.rounding) + slack.tiny;
+  return max(least_of(at_b) - hi_a, lo_a - most_of(at_b)) - with_margin<true>(needed, direction, slack);
 }
 
 // The lanes whose triangles are apart along a direction in the plane of one of them and across an edge of it: all that
@@ -233,7 +239,9 @@ CAB_INLINE ConvexAnswer test_triangles(const TriangleLanes<V>& a, const Triangle
   const TriangleSlack<V> slack = slack_of(pair, error, margin);
   const TriangleVolumes<V> volumes = volumes_of(pair);
   ConvexAnswer answer;
-  answer.apart = bits(apart_by_volumes(pair, volumes, slack)) & active;
+  const bool has_margin = bits(margin > V(0.0f)) != 0;
+  answer.apart = active & (has_margin ? bits(apart_by_volumes<true>(pair, volumes, slack))
+                                      : bits(apart_by_volumes<false>(pair, volumes, slack)));
   active &= ~answer.apart;
   if (!active) return answer;
   answer.touching = bits(touching_by_volumes(pair, volumes, slack)) & active;
