@@ -1,0 +1,272 @@
+// Triangles against triangles: exact integers and a judge in long double, on every instruction set with the same
+// answers.
+#include "kernels/surface/test_triangles.h"
+
+#include "tests/kernels/isas.h"
+#include "tests/kernels/surface/random_triangles.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+namespace cab::tests {
+namespace {
+
+constexpr std::uint64_t kSeed = 2020;
+constexpr std::uint32_t kAll = (1u << kLanes) - 1;
+
+struct TriangleKernel {
+  Isa isa;
+  kernel::ConvexAnswer (*test)(const TriangleBlock&, std::uint32_t);
+};
+
+using namespace cab::kernel;  // the types of the list
+
+std::vector<TriangleKernel> available_triangles() {
+#define CAB_ENTRY(enumerator, name, V, runs) {Isa::enumerator, test_triangle_block<V>},
+  constexpr TriangleKernel kBuilt[] = {CAB_BUILT_ISAS(CAB_ENTRY)};
+#undef CAB_ENTRY
+  std::vector<TriangleKernel> out;
+  for (const TriangleKernel& one : kBuilt)
+    if (find_kernels(one.isa)) out.push_back(one);
+  return out;
+}
+
+// The answer of all instruction sets, which must be one.
+ConvexAnswer answer_of(const TriangleBlock& block, std::uint32_t active = kAll) {
+  static const std::vector<TriangleKernel> kernels = available_triangles();
+  const ConvexAnswer out = kernels[0].test(block, active);
+  for (const TriangleKernel& other : kernels) {
+    const ConvexAnswer same = other.test(block, active);
+    CAPTURE(isa_name(other.isa));
+    REQUIRE(same.apart == out.apart);
+    REQUIRE(same.touching == out.touching);
+  }
+  REQUIRE((out.apart & out.touching) == 0);
+  REQUIRE(((out.apart | out.touching) & ~active) == 0);
+  return out;
+}
+
+// What became of pairs, of which so many touch.
+struct Tally {
+  std::uint64_t pairs = 0, touch = 0, undecided = 0, wrong_apart = 0, wrong_touching = 0;
+  void add(const ConvexAnswer& answer, std::uint32_t lane, bool touches) {
+    const bool apart = answer.apart >> lane & 1, touching = answer.touching >> lane & 1;
+    ++pairs;
+    touch += touches;
+    undecided += !apart && !touching;
+    wrong_apart += apart && touches;
+    wrong_touching += touching && !touches;
+  }
+};
+
+template <class T>
+T one_of(Random& random, const std::vector<T>& values) {
+  return values[random.index(static_cast<std::uint32_t>(values.size()))];
+}
+
+// A block of random pairs of one regime without error and margin.
+TriangleBlock draw_block(Random& random, FloatRegime regime, double size, double away) {
+  TriangleBlock block{};
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) put(draw_floats(random, regime, size, away), block, lane);
+  return block;
+}
+
+}  // namespace
+
+TEST_CASE("no two triangles that touch are called apart, nor the other way round, by exact integers") {
+  Random random(kSeed);
+  constexpr std::uint64_t kUsual = 400;
+  for (std::uint32_t r = 0; r < kGridRegimeCount; ++r) {
+    const auto regime = static_cast<GridRegime>(r);
+    Tally tally;
+    for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+      TriangleBlock block{};
+      bool touches[kLanes];
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        GridPairs pairs(random, std::int64_t{1} << one_of<int>(random, {2, 3, 4, 8, 12, 20}));
+        const GridPair pair = pairs.draw(regime);
+        touches[lane] = oracle::meet(pair.a, pair.b);
+        put(pair, one_of<float>(random, {1, 0x1p-20f, 0x1p-12f, 3}), block, lane);
+      }
+      CAPTURE(round);
+      const ConvexAnswer answer = answer_of(block);
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) tally.add(answer, lane, touches[lane]);
+    }
+    CAPTURE(r);
+    MESSAGE("regime " << r << ": " << tally.pairs << " pairs, " << tally.touch << " touch, " << tally.undecided
+                      << " undecided");
+    CHECK(tally.wrong_apart == 0);
+    CHECK(tally.wrong_touching == 0);
+    CHECK(tally.touch >= least_count(100, kUsual));
+    CHECK(tally.pairs - tally.touch >= least_count(100, kUsual));
+    // Of pairs that touch at a corner or in a plane none can be decided; of those that are apart nearly all are, but
+    // for segments in one plane.
+    CHECK(tally.undecided <= tally.touch + tally.pairs / 10);
+  }
+}
+
+TEST_CASE("what two triangles of any floats are called, they are, and few are left undecided") {
+  Random random(kSeed + 1);
+  constexpr std::uint64_t kUsual = 400;
+  // Pairs in a thousand that are left undecided though they overlap plainly or are 1e-4 of their size apart. Measured:
+  // 1 in 6400 regular ones, and none of the others.
+  constexpr std::uint64_t kMostUndecided = 1;
+  constexpr Real kPlainly = 1e-4L;
+  for (std::uint32_t r = 0; r < kFloatRegimeCount; ++r) {
+    Tally tally;
+    std::uint64_t plain = 0;
+    for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+      const double size = random.log_uniform(1e-4, 1e4), away = random.chance(0.5) ? 0 : random.log_uniform(1, 100);
+      const TriangleBlock block = draw_block(random, static_cast<FloatRegime>(r), size, away);
+      CAPTURE(round);
+      const ConvexAnswer answer = answer_of(block);
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        const Real between = distance(triangle_of(block, 0, lane), triangle_of(block, 1, lane));
+        tally.add(answer, lane, between == 0);
+        const bool is_undecided = !((answer.apart | answer.touching) >> lane & 1);
+        plain += is_undecided &&
+                 (between > kPlainly * static_cast<Real>(size) || static_cast<FloatRegime>(r) == FloatRegime::kRegular);
+      }
+    }
+    CAPTURE(r);
+    MESSAGE("regime " << r << ": " << tally.pairs << " pairs, " << tally.touch << " touch, " << tally.undecided
+                      << " undecided, " << plain << " of them plain");
+    CHECK(tally.wrong_apart == 0);
+    CHECK(tally.wrong_touching == 0);
+    CHECK(1000 * plain <= kMostUndecided * tally.pairs);
+  }
+}
+
+TEST_CASE("answers hold however each corner may be off by the error") {
+  Random random(kSeed + 2);
+  constexpr std::uint64_t kUsual = 1500;
+  Tally tally;
+  std::uint64_t decided_apart = 0, decided_touching = 0;
+  for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+    const auto regime = one_of<FloatRegime>(
+        random, {FloatRegime::kRegular, FloatRegime::kApart, FloatRegime::kNeedles, FloatRegime::kTouching});
+    const double size = random.log_uniform(1e-4, 1e4);
+    TriangleBlock block = draw_block(random, regime, size, 1);
+    for (float& e : block.error) e = static_cast<float>(size * random.log_uniform(1e-5, 0.3));
+    CAPTURE(round);
+    const ConvexAnswer answer = answer_of(block);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      if (!((answer.apart | answer.touching) >> lane & 1)) continue;
+      decided_apart += answer.apart >> lane & 1;
+      decided_touching += answer.touching >> lane & 1;
+      const Real half = Real{0.5} * static_cast<Real>(block.error[lane]);
+      for (int trial = 0; trial < 12; ++trial) {
+        Triangle<Real> moved[2] = {triangle_of(block, 0, lane), triangle_of(block, 1, lane)};
+        Point all{};  // of one triangle together against the other, or each corner by itself
+        for (std::size_t x = 0; x < 3; ++x) all[x] = half * static_cast<Real>(random.sign());
+        const bool together = trial % 2 == 0;
+        for (int s = 0; s < 2; ++s)
+          for (Point& corner : moved[s].corner)
+            for (std::size_t x = 0; x < 3; ++x)
+              corner[x] += together ? (s == 0 ? all[x] : -all[x]) : half * static_cast<Real>(random.sign());
+        tally.add(answer, lane, oracle::meet(moved[0], moved[1]));
+      }
+    }
+  }
+  MESSAGE(tally.pairs << " moved pairs, of " << decided_apart << " called apart and " << decided_touching
+                      << " called touching");
+  CHECK(tally.wrong_apart == 0);
+  CHECK(tally.wrong_touching == 0);
+  CHECK(decided_apart >= least_count(5000, kUsual));
+  CHECK(decided_touching >= least_count(500, kUsual));
+}
+
+TEST_CASE("triangles are apart by more than the margin, or within it, as they are called") {
+  Random random(kSeed + 3);
+  constexpr std::uint64_t kUsual = 800;
+  std::uint64_t wrong_apart = 0, wrong_touching = 0, apart = 0, near = 0, touching = 0;
+  for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+    const auto regime = static_cast<FloatRegime>(random.index(kFloatRegimeCount));
+    const double size = random.log_uniform(1e-4, 1e4);
+    TriangleBlock block = draw_block(random, regime, size, 2);
+    Real between[kLanes];
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      between[lane] = distance(triangle_of(block, 0, lane), triangle_of(block, 1, lane));
+      const Real by = between[lane] > 0 ? between[lane] : static_cast<Real>(0.01 * size);
+      block.margin[lane] = static_cast<float>(by * static_cast<Real>(1 + random.sign() * random.log_uniform(1e-8, 1)));
+    }
+    CAPTURE(round);
+    const ConvexAnswer answer = answer_of(block);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const bool is_apart = between[lane] > static_cast<Real>(block.margin[lane]);
+      apart += answer.apart >> lane & 1;
+      near += is_apart;
+      touching += answer.touching >> lane & 1;
+      wrong_apart += (answer.apart >> lane & 1) && !is_apart;
+      wrong_touching += (answer.touching >> lane & 1) && is_apart;
+    }
+  }
+  MESSAGE(apart << " called apart of " << near << ", " << touching << " called touching");
+  CHECK(wrong_apart == 0);
+  CHECK(wrong_touching == 0);
+  CHECK(5 * apart >= near);
+  CHECK(touching >= least_count(500, kUsual));
+}
+
+TEST_CASE("triangles of any size, as far apart as floats go, are called what they are or nothing") {
+  Random random(kSeed + 4);
+  constexpr std::uint64_t kUsual = 600;
+  Tally tally;
+  for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+    const auto regime = static_cast<FloatRegime>(random.index(kFloatRegimeCount));
+    const double size = random.log_uniform(1e-40, 1e17);
+    TriangleBlock block = draw_block(random, regime, size, random.chance(0.5) ? 0 : 5);
+    for (float& e : block.error) e = random.chance(0.5) ? 0 : static_cast<float>(random.log_uniform(1e-45, 1e18));
+    for (float& m : block.margin) m = random.chance(0.5) ? 0 : static_cast<float>(random.log_uniform(1e-45, 1e18));
+    CAPTURE(round);
+    const ConvexAnswer answer = answer_of(block);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      tally.add(
+          answer, lane,
+          distance(triangle_of(block, 0, lane), triangle_of(block, 1, lane)) <= static_cast<Real>(block.margin[lane]));
+  }
+  CHECK(tally.wrong_apart == 0);
+  CHECK(tally.wrong_touching == 0);
+  CHECK(tally.pairs - tally.undecided >= least_count(1000, kUsual));
+}
+
+TEST_CASE("corners of one triangle that differ by the whole range of floats give no wrong answer") {
+  Random random(kSeed + 5);
+  Tally tally;
+  for (std::uint64_t round = 0; round < rounds(400); ++round) {
+    TriangleBlock block{};
+    for (auto& side : block.corner)
+      for (auto& corner : side)
+        for (auto& x : corner)
+          for (float& v : x)
+            v = random.chance(0.2) ? 0 : static_cast<float>(random.sign() * random.log_uniform(1e-44, 1e18));
+    if (random.chance(0.5))  // all in range, but for what is next to 0
+      for (auto& side : block.corner)
+        for (auto& corner : side)
+          for (auto& x : corner)
+            for (float& v : x) v = std::fabs(v) > 1 ? v / 1e12f : v;
+    const ConvexAnswer answer = answer_of(block);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      tally.add(answer, lane, oracle::meet(triangle_of(block, 0, lane), triangle_of(block, 1, lane)));
+  }
+  CHECK(tally.wrong_apart == 0);
+  CHECK(tally.wrong_touching == 0);
+}
+
+TEST_CASE("lanes that are not active have no answer, and change that of no other") {
+  Random random(kSeed + 6);
+  for (std::uint64_t round = 0; round < rounds(100); ++round) {
+    const TriangleBlock block = draw_block(random, FloatRegime::kRegular, 1, 1);
+    const ConvexAnswer whole = answer_of(block);
+    for (const std::uint32_t active : {0u, 1u, 0x8000u, 0x7fffu, 0xff00u, static_cast<std::uint32_t>(round) & kAll}) {
+      const ConvexAnswer part = answer_of(block, active);
+      CHECK(part.apart == (whole.apart & active));
+      CHECK(part.touching == (whole.touching & active));
+    }
+  }
+}
+
+}  // namespace cab::tests

@@ -1,0 +1,105 @@
+// The last word on two triangles, in double, against exact integers and a judge in long double.
+#include "kernels/surface/triangles_in_double.h"
+
+#include "tests/kernels/surface/random_triangles.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+namespace cab::tests {
+namespace {
+
+constexpr std::uint64_t kSeed = 2030;
+
+kernel::TriangleLanes<double> lanes_of(const TriangleBlock& block, int side, std::uint32_t lane) {
+  const auto& c = block.corner[side];
+  kernel::TriangleLanes<double> out;
+  for (int k = 0; k < 3; ++k) out.corner[k] = {c[k][0][lane], c[k][1][lane], c[k][2][lane]};
+  return out;
+}
+
+bool touch(const TriangleBlock& block, double error, double margin) {
+  return kernel::touch_in_double(lanes_of(block, 0, 0), lanes_of(block, 1, 0), error, margin);
+}
+
+}  // namespace
+
+TEST_CASE("triangles on a grid of 2^8 touch in double as they do by exact integers") {
+  Random random(kSeed);
+  constexpr std::uint64_t kUsual = 20000;
+  for (std::uint32_t r = 0; r < kGridRegimeCount; ++r) {
+    std::uint64_t lost = 0, extra = 0, touching = 0, count = 0;
+    for (std::uint64_t round = 0; round < rounds(kUsual); ++round, ++count) {
+      GridPairs pairs(random, std::int64_t{1} << (2 + random.index(7)));
+      const GridPair pair = pairs.draw(static_cast<GridRegime>(r));
+      TriangleBlock block{};
+      put(pair, std::ldexp(3.0f, static_cast<int>(random.index(100)) - 55), block, 0);
+      const bool truth = oracle::meet(pair.a, pair.b);
+      const bool answer = touch(block, 0, 0);
+      touching += truth;
+      lost += truth && !answer;
+      extra += answer && !truth;
+    }
+    CAPTURE(r);
+    MESSAGE("regime " << r << ": " << touching << " of " << count << " touch, " << extra << " extra");
+    CHECK(lost == 0);
+    CHECK(extra == 0);
+    CHECK(touching >= least_count(400, kUsual));
+    CHECK(count - touching >= least_count(400, kUsual));
+  }
+}
+
+TEST_CASE("triangles of any floats are within the margin in double as they are in long double") {
+  Random random(kSeed + 1);
+  // Distances that double takes for the margin: a share of the pair's size. The worst measured is 1.9e-12.
+  constexpr Real kSlack = 1e-11L;
+  constexpr std::uint64_t kUsual = 20000;
+  for (std::uint32_t r = 0; r < kFloatRegimeCount; ++r) {
+    std::uint64_t lost = 0, extra = 0, apart = 0;
+    Real worst = 0;
+    for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+      const double size = random.log_uniform(1e-18, 1e15);
+      TriangleBlock block{};
+      put(draw_floats(random, static_cast<FloatRegime>(r), size, random.chance(0.5) ? 0 : 10), block, 0);
+      const Real between = distance(triangle_of(block, 0, 0), triangle_of(block, 1, 0));
+      double margin =
+          random.chance(0.3) ? 0 : static_cast<double>(between) * (1 + random.sign() * random.log_uniform(1e-15, 1));
+      if (between == 0) margin = random.chance(0.5) ? 0 : 0.1 * size;
+      const bool answer = touch(block, 0, margin);
+      const bool is_apart = between > static_cast<Real>(margin);
+      lost += !is_apart && !answer;
+      if (is_apart && answer) worst = std::max(worst, (between - static_cast<Real>(margin)) / static_cast<Real>(size));
+      extra += is_apart && answer && between > static_cast<Real>(margin) + kSlack * static_cast<Real>(size);
+      apart += !answer;
+    }
+    CAPTURE(r);
+    MESSAGE("regime " << r << ": " << apart << " apart, touching up to " << static_cast<double>(worst) << " beyond");
+    CHECK(lost == 0);
+    CHECK(extra == 0);
+    CHECK(apart >= least_count(1000, kUsual));
+  }
+}
+
+TEST_CASE("in double triangles that may touch by their error are not called apart") {
+  Random random(kSeed + 2);
+  constexpr std::uint64_t kUsual = 20000;
+  std::uint64_t apart = 0, wrong = 0;
+  for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+    TriangleBlock block{};
+    put(draw_floats(random, static_cast<FloatRegime>(random.index(kFloatRegimeCount)), 1, 1), block, 0);
+    const double error = random.log_uniform(1e-6, 0.3);
+    if (touch(block, error, 0)) continue;
+    ++apart;
+    Triangle<Real> moved[2] = {triangle_of(block, 0, 0), triangle_of(block, 1, 0)};
+    for (Triangle<Real>& triangle : moved)
+      for (Point& corner : triangle.corner)
+        for (std::size_t x = 0; x < 3; ++x) corner[x] += Real{0.5} * static_cast<Real>(error * random.sign());
+    wrong += oracle::meet(moved[0], moved[1]);
+  }
+  CHECK(wrong == 0);
+  CHECK(apart >= least_count(2000, kUsual));
+}
+
+}  // namespace cab::tests
