@@ -292,19 +292,19 @@ inline constexpr double kGapRounding = 0x1p-40;
 
 // ----------------------------------------------------------------------------------------------------- triangles
 
-// The volume of a tetrahedron between two triangles, times six, is off by this share of the two edges of which it is a
-// product, in their largest coordinates, and of all lengths of the pair; and what the triangles span along a product of
-// two edges by this share of a product of three edges. 96 u; step 20.3: 88 u. In double 96 times 2^-53.
+// The rounding of a gap between two triangles along a product of two edges, of each of the products of three lengths
+// that are bounds of it, and along any direction. 96 u; steps 20.3, 20.4 and 20.6: 94 u, 24 u and 5 u. In double 96
+// times 2^-53; step 20.8.
 inline constexpr float kTriangleRounding = 0x1.8p-18f;
 inline constexpr double kTriangleRoundingDouble = 0x1.8p-47;
 
-// The caller's error and margin grow by 64 u, for the rounding of bounds and of lengths; step 20.4: 12 u. In double by
-// 64 times 2^-53.
+// The caller's error and margin grow by this factor, for the rounding of their products. 64 u; step 20.4: 12 u. In
+// double 64 times 2^-53; step 20.8.
 inline constexpr float kTriangleUp = 0x1.00004p0f;
 inline constexpr double kTriangleUpDouble = 0x1.000000000002p0;
 
-// The size of a pair that is tested by products of three lengths, and what they may lose to underflow, times 1 and the
-// size; step 20.7.
+// The size of pairs that are tested, and what they may lose to underflow, over 1 and the sum of their lengths; steps
+// 20.7 and 20.8: 2^-144 and 2^-1069.
 inline constexpr float kLeastTriangles = 0x1p-24f;
 inline constexpr float kMostTriangles = 0x1p28f;
 inline constexpr float kTriangleTiny = 0x1p-124f;
