@@ -106,6 +106,13 @@ template <class V>
 bool pose_round(const RoundPoses& args);
 template <class V>
 void test_round_body(RoundTest& job);
+template <class V>
+void skin_leaf(const SkinLeaf& args);
+template <class V>
+std::uint32_t near_triangles(const SkinnedLeaf& leaf, std::uint32_t patch_count, const float (&lo)[3],
+                             const float (&hi)[3], std::uint32_t* out);
+template <class V>
+bool test_surfaces(const SurfacePair& job, void* taker, bool (*take)(void* taker, const TrianglePairs& pairs));
 
 namespace {
 
@@ -159,7 +166,10 @@ constexpr KernelTable table_of(Isa isa) {
           overlap_rigid_leaves<V>,
           pose_states<V>,
           pose_round<V>,
-          test_round_body<V>};
+          test_round_body<V>,
+          skin_leaf<V>,
+          near_triangles<V>,
+          test_surfaces<V>};
 }
 
 struct BuiltIsa {

@@ -46,6 +46,10 @@ struct StripSearch;
 struct StateTile;
 struct RoundPoses;
 struct RoundTest;
+struct SkinLeaf;
+struct SkinnedLeaf;
+struct SurfacePair;
+struct TrianglePairs;
 template <class Tile>
 struct TileDescent;
 template <class AosBox>
@@ -102,6 +106,10 @@ struct KernelTable {
   void (*pose_states)(const StateTile&);
   bool (*pose_round)(const RoundPoses&);
   void (*test_round_body)(RoundTest&);
+  void (*skin_leaf)(const SkinLeaf&);
+  std::uint32_t (*near_triangles)(const SkinnedLeaf&, std::uint32_t patch_count, const float (&lo)[3],
+                                  const float (&hi)[3], std::uint32_t* out);
+  bool (*test_surfaces)(const SurfacePair&, void* taker, bool (*take)(void* taker, const TrianglePairs&));
 };
 
 }  // namespace cab::kernel

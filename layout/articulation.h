@@ -3,6 +3,7 @@
 
 #include "layout/merge_program.h"
 #include "layout/skinned_leaves.h"
+#include "layout/surface_leaves.h"
 
 #include <cab/types.h>
 
@@ -53,6 +54,7 @@ struct Articulation {
   Span<const ConvexPart> parts;
   Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 indices into parts
   SkinnedLeaves skin;                         // or nothing
+  SurfaceLeaves surface;                      // likewise
   MergeProgram program;
   Lod lod;
 };

@@ -227,6 +227,11 @@ inline constexpr float kConvexPoseSlack = 0x1p-18f;
 // The rounding of a product of three edges of a tetrahedron, as a share of N (Ra + Rb)^2. 256 u; step 9.4: 224 u.
 inline constexpr float kTetrahedronRounding = 0x1p-16f;
 
+// How far a coordinate of a skinned vertex less one of another may be from the truth, of the numbers on the way. 128 u;
+// step 21.1: 98 u. In double 2^-46; step 21.3.
+inline constexpr float kSurfaceError = 0x1p-17f;
+inline constexpr double kSurfaceErrorDouble = 0x1p-46;
+
 // Added to the square of a direction's length across a cylinder's axis, so that the root of it is above 0. It makes the
 // support point lie deeper by 2^-51 and 2^-451 of the radius at most; step 9.2.
 inline constexpr float kAcrossTiny = 0x1p-100f;

@@ -16,6 +16,8 @@ inline void add_stats(FrameStats& sum, const FrameStats& part) {
   sum.instances_beyond_bounds += part.instances_beyond_bounds;
   sum.instances_resting += part.instances_resting;
   sum.hits_kept += part.hits_kept;
+  sum.leaves_skinned += part.leaves_skinned;
+  sum.leaves_replaced += part.leaves_replaced;
   sum.seconds_update += part.seconds_update;
   sum.seconds_broad += part.seconds_broad;
   sum.seconds_test += part.seconds_test;

@@ -53,6 +53,7 @@ constexpr PolicyValue kExactValues[] = {
     row(Exact::kFcl, "fcl", "FCL tests the exact shapes of leaves whose boxes overlap"),
     row(Exact::kConvex, "convex",
         "kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time"),
+    row(Exact::kSurface, "surface", "as convex, and of leaves with triangles these are tested"),
 };
 static_assert(lists_all(kExactValues, kExactCount));
 constexpr PolicyValue kSatValues[] = {

@@ -3,6 +3,8 @@
 #include "engine/exact/convex_in_double.h"
 #include "engine/exact/convex_queues.h"
 #include "engine/exact/leaf_pairs.h"
+#include "engine/exact/surface.h"
+#include "engine/exact/touching_links.h"
 #include "engine/step/candidate.h"
 #include "layout/compiler.h"
 #include "layout/rounded_up.h"
@@ -15,11 +17,11 @@
 namespace cab {
 namespace {
 
-// Counts tested leaf pairs, and those of them that were removed. A frame counts leaf pairs before the exact test, but
-// what is reported counts only those that are left.
-void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats) {
+// Counts tested leaf pairs, those of them that are apart, and all that were removed. A frame counts leaf pairs before
+// the exact test, but what is reported counts only those that are left.
+void count_tests(std::uint32_t tested, std::uint32_t apart, std::uint32_t removed, FrameStats& stats) {
   stats.exact_tests += tested;
-  stats.false_positives += removed;
+  stats.false_positives += apart;
   stats.leaf_pairs += removed;
 }
 
@@ -28,19 +30,28 @@ void count_tests(std::uint32_t tested, std::uint32_t removed, FrameStats& stats)
 template <class Touching>
 class ConvexTester {
  public:
-  ConvexTester(const FrameContext& frame, ExactScratch& scratch, Touching touching)
-      : frame_(frame), touching_(touching), queues_(scratch, Test{frame, touching}) {}
+  ConvexTester(const FrameContext& frame, ExactScratch& scratch, Touching touching, FrameStats& stats)
+      : frame_(frame), scratch_(scratch), touching_(touching), stats_(stats), queues_(scratch, Test{frame, touching}) {}
 
-  // Queues all pairs of shapes of two leaves of a candidate.
+  // Queues all pairs of shapes of two leaves of a candidate. Two leaves with triangles are tested at once.
   void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
     if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
     const ExactLeaf at_a = exact_leaf(frame_, candidate.batch_a, candidate.instance_a, leaf_a),
                     at_b = exact_leaf(frame_, candidate.batch_b, candidate.instance_b, leaf_b);
+    const float margin = margin_between(at_a, at_b, frame_.margin);
+    queues_.asks = id;
+    const bool by_triangles_a = has_triangles(at_a), by_triangles_b = has_triangles(at_b);
+    if (by_triangles_a && by_triangles_b) {
+      if (surfaces_touch(frame_, at_a, at_b, margin, scratch_.skins, stats_)) touching_.set_touching(id);
+      return;
+    }
+    if (by_triangles_a || by_triangles_b) {
+      add_triangles(by_triangles_a ? at_a : at_b, by_triangles_a ? at_b : at_a, margin, id);
+      return;
+    }
     const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
     double shift[3];
     origin_difference(at_a, at_b, shift);
-    queues_.asks = id;
-    const float margin = margin_between(at_a, at_b, frame_.margin);
     const PartBalls balls(a, b, shift, margin);
     for (const ConvexShape& shape_a : a.shapes)
       for (const ConvexShape& shape_b : b.shapes) {
@@ -53,6 +64,26 @@ class ConvexTester {
   void finish() { queues_.finish(); }
 
  private:
+  // Queues the triangles of one leaf that are near a shape of the other.
+  void add_triangles(const ExactLeaf& surface, const ExactLeaf& other, float margin, std::uint32_t id) {
+    double shift[3];
+    origin_difference(surface, other, shift);
+    const kernel::SkinnedLeaf& skin = skinned(frame_, surface, nullptr, scratch_.skins, stats_);
+    const SurfaceLeaves& of = surface.batch->articulation->surface;
+    const SurfaceLeaf& leaf = of.leaves[surface.leaf];
+    const LeafShapes shapes = shapes_of(other);
+    for (const ConvexShape& shape : shapes.shapes) {
+      const NearBox box = near_box(shapes.at, shape, shift, skin.size, margin);
+      const std::uint32_t count =
+          frame_.kernels.near_triangles(skin, leaf.patch_count, box.lo, box.hi, scratch_.skins.near.data);
+      for (std::uint32_t i = 0; i < count && !touching_.is_touching(id); ++i) {
+        const ConvexShape& triangle =
+            add_triangle(of, leaf, skin, scratch_.skins.near[i], shape.kind, scratch_.triangles);
+        queues_.add({{&triangle, 1}, pose_of_instance(), 1}, triangle, shapes, shape, shift, box.margin);
+      }
+    }
+  }
+
   struct Test {
     const FrameContext& frame;
     Touching touching_pairs;
@@ -68,7 +99,9 @@ class ConvexTester {
   };
 
   const FrameContext& frame_;
+  ExactScratch& scratch_;
   Touching touching_;
+  FrameStats& stats_;
   ConvexQueues<Test> queues_;
 };
 
@@ -99,6 +132,27 @@ struct FoundLanes {
   }
 };
 
+// Sorts the leaf pairs of every candidate by links.
+void sort_by_links(const FrameContext& frame, const Candidate* candidates, FixedList<LeafPair>& found) {
+  for_each_candidate(candidates, found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+    sort_by_links(*frame.batch(candidate.batch_a).articulation, *frame.batch(candidate.batch_b).articulation,
+                  is_within(candidate), pairs);
+  });
+}
+
+// Whether a leaf pair that touches answers for a later one: hits name the first leaf pair of two links, and
+// Report::kInContact asks for any.
+bool is_answered(const FrameContext& frame, const Candidate& candidate, const LeafPair& touching,
+                 const LeafPair& pair) {
+  if ((touching.candidate & ~FoundPairs::kTouching) != pair.candidate) return false;
+  if (frame.report == Report::kInContact) return true;
+  const Articulation &a = *frame.batch(candidate.batch_a).articulation,
+                     &b = *frame.batch(candidate.batch_b).articulation;
+  const LinkedPair first = linked(a, b, touching, is_within(candidate)),
+                   second = linked(a, b, pair, is_within(candidate));
+  return first.link_a == second.link_a && first.link_b == second.link_b;
+}
+
 }  // namespace
 
 float scale_of_reach(float reach) {
@@ -120,24 +174,33 @@ bool lane_touches(const kernel::ConvexBlock& block, const kernel::ConvexAnswer& 
 
 void keep_touching(const FrameContext& frame, const Candidate* candidates, FixedList<LeafPair>& found,
                    ExactScratch& scratch, FrameStats& stats) {
-  ConvexTester<FoundPairs> tester(frame, scratch, {found.data});
+  const FoundPairs pairs = {found.data};
+  ConvexTester<FoundPairs> tester(frame, scratch, pairs, stats);
+  const bool by_links = frame.policies.exact == Exact::kSurface;
+  if (by_links) sort_by_links(frame, candidates, found);
+  std::uint32_t tested = 0, last = 0;
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const LeafPair& pair = found.data[i];
-    tester.add(candidates[pair.candidate & ~FoundPairs::kTouching], pair.a, pair.b, i);
+    const Candidate& candidate = candidates[pair.candidate];
+    if (by_links && tested > 0 && pairs.is_touching(last) && is_answered(frame, candidate, found.data[last], pair))
+      continue;
+    tester.add(candidate, pair.a, pair.b, i);
+    last = i;
+    ++tested;
   }
   tester.finish();
   std::uint32_t kept = 0;
   for (const LeafPair& pair : found)
     if (pair.candidate & FoundPairs::kTouching)
       found.data[kept++] = {pair.candidate & ~FoundPairs::kTouching, pair.a, pair.b};
-  count_tests(found.size, found.size - kept, stats);
+  count_tests(tested, tested - kept, found.size - kept, stats);
   found.size = kept;
 }
 
 void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates)[kLanes], FixedList<TilePair>& found,
                          ExactScratch& scratch, FrameStats& stats) {
   std::uint32_t touched = 0;
-  ConvexTester<FoundLanes> tester(frame, scratch, {found.data, &touched});
+  ConvexTester<FoundLanes> tester(frame, scratch, {found.data, &touched}, stats);
   for (std::uint32_t i = 0; i < found.size; ++i) {
     TilePair& pair = found.data[i];
     if (frame.report == Report::kInContact) pair.lanes &= ~(touched >> kLanes);  // they are answered
@@ -150,7 +213,8 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
   for (TilePair& pair : found) {
     const std::uint32_t tested = pair.lanes & 0xffff;
     pair.lanes >>= kLanes;
-    count_tests(count_bits(tested), count_bits(tested & ~pair.lanes), stats);
+    const std::uint32_t apart = count_bits(tested & ~pair.lanes);
+    count_tests(count_bits(tested), apart, apart, stats);
   }
 }
 

@@ -2,6 +2,8 @@
 #pragma once
 
 #include "engine/exact/exact.h"
+#include "engine/exact/skin_cache.h"
+#include "engine/exact/triangle_hulls.h"
 #include "engine/step/frame_context.h"
 #include "kernels/convex/convex_block.h"
 #include "layout/pair_list.h"
@@ -20,9 +22,11 @@ struct ConvexQueue {
 
 inline constexpr std::uint32_t kConvexQueues = kConvexKindCount * kConvexKindCount;
 
-// What a worker needs for exact tests: one queue for each kind of a's shape and each kind of b's shape.
+// What a worker needs for exact tests.
 struct ExactScratch {
-  Span<ConvexQueue> queues;
+  Span<ConvexQueue> queues;  // one for each kind of a's shape and each kind of b's shape
+  SkinCache skins;           // without places if no leaf has triangles
+  TriangleHulls triangles;   // likewise
 };
 
 // The power of two that scales the sum of the reaches of two shapes to between 1/2 and 1, for ConvexBlock::scale. Sums

@@ -11,7 +11,8 @@ const ExactTest* find_exact_test(Exact exact) {
   switch (exact) {
     case Exact::kNone: return nullptr;
     case Exact::kFcl: return fcl_test();
-    case Exact::kConvex: return &kConvex;
+    case Exact::kConvex:
+    case Exact::kSurface: return &kConvex;
   }
   return nullptr;
 }

@@ -58,6 +58,9 @@ struct ExactTest {
   void (*contacts)(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch& scratch);
 };
 
+// Whether leaf pairs are tested in lists, many at a time (engine/exact/convex.h), and not one by one.
+inline bool tests_lists(Exact exact) { return exact == Exact::kConvex || exact == Exact::kSurface; }
+
 // Returns the test that a policy value names. Null for Exact::kNone, with which all leaves with overlapping boxes
 // touch, and for a test that the library was built without.
 const ExactTest* find_exact_test(Exact exact);

@@ -68,7 +68,7 @@ class AllPairs {
   void test() {
     const Timed timed(worker_.stats.seconds_query);
     worker_.stats.candidates += worker_.pairs.candidates.size;
-    if (frame_.policies.exact == Exact::kConvex)
+    if (tests_lists(frame_.policies.exact))
       keep_touching(frame_, worker_.pairs.candidates.data, worker_.pairs.found, worker_.exact, worker_.stats);
     for_each_candidate(worker_.pairs.candidates.data, worker_.pairs.found,
                        [this](const Candidate& candidate, Span<LeafPair> pairs) { report(candidate, pairs); });
@@ -137,7 +137,7 @@ Status start(FrameRun& run) {
   if (const Status status = validate_job(engine, job); status != Status::kOk) return status;
   forget_rest(engine);
   ++engine.bounds_of_frame;
-  for (const auto& worker : engine.pool.workers) worker->stats = {};
+  for (const auto& worker : engine.pool.workers) begin_counting(*worker);
   clear_in_contact(job.inputs);
   run.characters.emplace(context_of(engine, job.policies, job.margin, job.report));
   return Status::kOk;

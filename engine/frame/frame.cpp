@@ -28,7 +28,7 @@ namespace {
 // Sets the counts of all workers and the caller's in_contact bytes to 0, and lets no worker have hits.
 void clear_results(Engine& engine, Span<const BatchInput> inputs) {
   for (const auto& worker : engine.pool.workers) {
-    worker->stats = {};
+    begin_counting(*worker);
     worker->hits.block = {};
   }
   clear_in_contact(inputs);

@@ -18,7 +18,7 @@
 namespace cab {
 
 void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink) {
-  if (frame.policies.exact == Exact::kConvex)
+  if (tests_lists(frame.policies.exact))
     keep_touching(frame, candidates, worker.pairs.found, worker.exact, worker.stats);
   for_each_candidate(candidates, worker.pairs.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
     report_candidate(frame, candidate, pairs, worker.hits, worker.stats, sink);
@@ -42,7 +42,7 @@ void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
       std::copy(pairs.begin(), pairs.end(), own.found.data);
     }
     const Timed timed(worker.stats.seconds_query);
-    if (frame.policies.exact == Exact::kConvex)
+    if (tests_lists(frame.policies.exact))
       keep_touching(frame, own.candidates.data, own.found, worker.exact, worker.stats);
     if (!own.found.empty())
       report_candidate(frame, candidate, {own.found.data, own.found.size}, worker.hits, worker.stats, sink);

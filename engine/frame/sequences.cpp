@@ -165,7 +165,7 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
   }
   if (worker.pairs.tile_found.empty()) return;
   const Timed timed(worker.stats.seconds_query);
-  if (frame.policies.exact == Exact::kConvex) {
+  if (tests_lists(frame.policies.exact)) {
     Candidate candidates[kLanes];
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
     keep_touching_lanes(frame, candidates, worker.pairs.tile_found, worker.exact, worker.stats);
@@ -232,7 +232,7 @@ void update_sequences(const FrameContext& frame, Span<const BatchInput> inputs, 
 bool is_tested_round(const FrameJob& job, const FrameContext& frame, const BatchInput& input) {
   const StoredBatch& stored = *frame.batches[slot_of(input.batch).value - 1];
   const Policies& policies = job.policies;
-  if (policies.exact != Exact::kConvex || policies.strategy != Strategy::kAuto || job.margin > kMostRoundLength)
+  if (!tests_lists(policies.exact) || policies.strategy != Strategy::kAuto || job.margin > kMostRoundLength)
     return false;
   if (stored.convex_shapes->round.leaves.empty() || input.poses.format != PoseFormat::kQuaternionTranslation ||
       !input.orientations.empty() || !input.scales.empty())

@@ -36,11 +36,12 @@ struct StoredArticulation {
 
 // What sizes the memory that workers have and share: the worst-case counts over all batches of an engine.
 struct MemoryNeeds {
-  std::size_t nodes = 0;                // of one tile of all sequences, or of one tile of the largest character
-  std::size_t round_nodes = 0;          // of one tile of all sequences, if leaves of one are balls and capsules
-  std::size_t joints = 0;               // of the articulation with most links
-  std::size_t skin = 0;                 // most skin_tiles of an articulation
-  std::size_t sequence_links = 0;       // of the sequence with most links
+  std::size_t nodes = 0;        // of one tile of all sequences, or of one tile of the largest character
+  std::size_t round_nodes = 0;  // of one tile of all sequences, if leaves of one are balls and capsules
+  std::size_t joints = 0;       // of the articulation with most links
+  std::size_t skin = 0;         // most skin_tiles of an articulation
+  std::size_t surface_bones = 0, surface_blocks = 0, surface_patches = 0;  // SurfaceLeaves::most_bones and so on
+  std::size_t sequence_links = 0;                                          // of the sequence with most links
   std::size_t depth = 0;                // levels of the two deepest hierarchies together
   std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
   std::size_t character_instances = 0;  // over all batches of characters

@@ -22,6 +22,10 @@ struct Extremes {
   void add(const Articulation& articulation, MemoryNeeds& needs) {
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
     needs.skin = std::max(needs.skin, skin_tiles(articulation));
+    const SurfaceLeaves& surface = articulation.surface;
+    needs.surface_bones = std::max<std::size_t>(needs.surface_bones, surface.most_bones);
+    needs.surface_blocks = std::max<std::size_t>(needs.surface_blocks, surface.most_blocks);
+    needs.surface_patches = std::max<std::size_t>(needs.surface_patches, surface.most_patches);
     leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
     depth = std::max<std::size_t>(depth, articulation.program.depth);
     needs.depth = 2 * depth + 2;
@@ -66,11 +70,12 @@ MemoryNeeds needs_of(const Engine& engine) {
 }
 
 constexpr std::size_t MemoryNeeds::*kCounts[] = {
-    &MemoryNeeds::nodes,       &MemoryNeeds::round_nodes,         &MemoryNeeds::joints,
-    &MemoryNeeds::skin,        &MemoryNeeds::sequence_links,      &MemoryNeeds::depth,
-    &MemoryNeeds::leaf_pairs,  &MemoryNeeds::character_instances, &MemoryNeeds::character_nodes,
-    &MemoryNeeds::leaf_tiles,  &MemoryNeeds::leaf_bounds_floats,  &MemoryNeeds::character_tiles,
-    &MemoryNeeds::batch_slots, &MemoryNeeds::crowd_words,         &MemoryNeeds::hits,
+    &MemoryNeeds::nodes,         &MemoryNeeds::round_nodes,         &MemoryNeeds::joints,
+    &MemoryNeeds::surface_bones, &MemoryNeeds::surface_blocks,      &MemoryNeeds::surface_patches,
+    &MemoryNeeds::skin,          &MemoryNeeds::sequence_links,      &MemoryNeeds::depth,
+    &MemoryNeeds::leaf_pairs,    &MemoryNeeds::character_instances, &MemoryNeeds::character_nodes,
+    &MemoryNeeds::leaf_tiles,    &MemoryNeeds::leaf_bounds_floats,  &MemoryNeeds::character_tiles,
+    &MemoryNeeds::batch_slots,   &MemoryNeeds::crowd_words,         &MemoryNeeds::hits,
     &MemoryNeeds::queries};
 
 // The larger of each pair of counts.
@@ -130,6 +135,8 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   worker.pose.states = arena.allocate<double>(7 * kLanes * needs.sequence_links);
   worker.pose.state_poses = arena.allocate<float>(7 * kLanes * needs.sequence_links);
   worker.pose.links = arena.allocate<kernel::RawPoses>(needs.sequence_links);
+  size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, arena, worker.exact.skins);
+  if (needs.surface_patches) size_triangle_hulls(arena, worker.exact.triangles);
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);

@@ -190,10 +190,11 @@ Status validate_job(Engine& engine, const FrameJob& job) {
   if (!job.contacts.empty() && (!job.contacts.data || job.contacts.size != job.hits.size)) return Status::kBadHitBuffer;
   if (job.policies.exact == Exact::kNone)
     return distances || needs_contacts(job) ? Status::kContactsNeedExact : Status::kOk;
+  const bool takes_skins = job.policies.exact == Exact::kSurface && !distances && !needs_contacts(job);
   for (const BatchInput& input : job.inputs) {
     const Articulation& articulation = *engine.batch(input.batch).articulation;
     if (articulation.lod.posed) return Status::kLodWithoutShapes;
-    if (has_skin(articulation)) return Status::kSkinNotTaken;
+    if (has_skin(articulation) && !takes_skins) return Status::kSkinNotTaken;
   }
   return Status::kOk;
 }

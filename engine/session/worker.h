@@ -24,4 +24,10 @@ struct alignas(64) Worker {
   FrameStats stats;          // of this frame
 };
 
+// Makes a worker ready for the tests of a call, whose poses are new.
+inline void begin_counting(Worker& worker) {
+  worker.stats = {};
+  forget_skinned(worker.exact.skins);
+}
+
 }  // namespace cab

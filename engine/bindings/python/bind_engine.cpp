@@ -17,6 +17,8 @@ void bind_stats(py::module_& module) {
       .def_readonly("instances_beyond_bounds", &FrameStats::instances_beyond_bounds)
       .def_readonly("instances_resting", &FrameStats::instances_resting)
       .def_readonly("hits_kept", &FrameStats::hits_kept)
+      .def_readonly("leaves_skinned", &FrameStats::leaves_skinned)
+      .def_readonly("leaves_replaced", &FrameStats::leaves_replaced)
       .def_readonly("instances_posed", &FrameStats::instances_posed)
       .def_readonly("candidates_apart", &FrameStats::candidates_apart)
       .def_readonly("seconds_update", &FrameStats::seconds_update)

@@ -219,6 +219,8 @@ int main(void) {
   MEMBER(FrameStats, instances_beyond_bounds, "instancesBeyondBounds", "u64", 0);
   MEMBER(FrameStats, instances_resting, "instancesResting", "u64", 0);
   MEMBER(FrameStats, hits_kept, "hitsKept", "u64", 0);
+  MEMBER(FrameStats, leaves_skinned, "leavesSkinned", "u64", 0);
+  MEMBER(FrameStats, leaves_replaced, "leavesReplaced", "u64", 0);
   MEMBER(FrameStats, seconds_update, "secondsUpdate", "f64", 0);
   MEMBER(FrameStats, seconds_broad, "secondsBroad", "f64", 0);
   MEMBER(FrameStats, seconds_test, "secondsTest", "f64", 0);
@@ -610,6 +612,7 @@ int main(void) {
   printf("    none: %d,\n", (int)CAB_EXACT_NONE);
   printf("    fcl: %d,\n", (int)CAB_EXACT_FCL);
   printf("    convex: %d,\n", (int)CAB_EXACT_CONVEX);
+  printf("    surface: %d,\n", (int)CAB_EXACT_SURFACE);
   printf("  }},\n");
   printf("  Sat: {type: 'u8', values: {\n");
   printf("    all_15: %d,\n", (int)CAB_SAT_ALL15);

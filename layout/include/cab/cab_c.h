@@ -290,9 +290,10 @@ enum {
 // What confirms an overlapping leaf pair.
 typedef uint8_t cab_Exact;
 enum {
-  CAB_EXACT_NONE = 0,    // overlapping leaf boxes are the answer
-  CAB_EXACT_FCL = 1,     // FCL tests the exact shapes of leaves whose boxes overlap
-  CAB_EXACT_CONVEX = 2,  // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
+  CAB_EXACT_NONE = 0,     // overlapping leaf boxes are the answer
+  CAB_EXACT_FCL = 1,      // FCL tests the exact shapes of leaves whose boxes overlap
+  CAB_EXACT_CONVEX = 2,   // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
+  CAB_EXACT_SURFACE = 3,  // as CAB_EXACT_CONVEX, and of leaves with triangles (cab_Leaf.triangles) these are tested
 };
 
 // Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.
@@ -308,7 +309,7 @@ enum {
 #define CAB_ORIENTED_REFIT_COUNT ((uint32_t)CAB_REFIT_AABB_HULL)
 #define CAB_EXTENTS_COUNT 2u
 #define CAB_STRATEGY_COUNT 5u
-#define CAB_EXACT_COUNT 3u
+#define CAB_EXACT_COUNT 4u
 #define CAB_SAT_COUNT 2u
 
 // The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.
@@ -695,8 +696,8 @@ typedef struct cab_ArticulationDesc {
   cab_PoseView rest_pose;
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
-  // queries by boxes, and cab_compute_boxes. Calls that need more of it answer CAB_STATUS_SKIN_NOT_TAKEN: exact tests,
-  // histories, sweeps and levels.
+  // queries by boxes, frames with CAB_EXACT_SURFACE but without contacts, and cab_compute_boxes. Calls that need more
+  // of it answer CAB_STATUS_SKIN_NOT_TAKEN: other exact tests, histories, sweeps and levels.
   cab_SkinDesc skin;
 } cab_ArticulationDesc;
 
@@ -1099,6 +1100,8 @@ typedef struct cab_FrameStats {
   uint64_t instances_beyond_bounds;  // characters whose leaf boxes leave cab_BatchInput.bounds; 0 by `links`
   uint64_t instances_resting;        // characters and static bodies that were not bounded again
   uint64_t hits_kept;                // of hits_needed: the last frame's hits of two that rest; no test counts
+  uint64_t leaves_skinned;           // how often a leaf's triangles were skinned; depends on the threads
+  uint64_t leaves_replaced;          // of these, in the place of another leaf that had been skinned
   double seconds_update;             // posing and refit: t[upd]
   double seconds_broad;              // broad phase: finding characters whose bounds overlap
   double seconds_test;               // box tests: t[test]

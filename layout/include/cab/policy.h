@@ -44,9 +44,10 @@ enum class Strategy : std::uint8_t {
 
 // What confirms an overlapping leaf pair.
 enum class Exact : std::uint8_t {
-  kNone,    // overlapping leaf boxes are the answer
-  kFcl,     // FCL tests the exact shapes of leaves whose boxes overlap
-  kConvex,  // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
+  kNone,     // overlapping leaf boxes are the answer
+  kFcl,      // FCL tests the exact shapes of leaves whose boxes overlap
+  kConvex,   // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
+  kSurface,  // as kConvex, and of leaves with triangles (Leaf::triangles) these are tested
 };
 
 // Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.
@@ -61,7 +62,7 @@ inline constexpr std::uint32_t kRefitCount = 6;
 inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
 inline constexpr std::uint32_t kExtentsCount = 2;
 inline constexpr std::uint32_t kStrategyCount = 5;
-inline constexpr std::uint32_t kExactCount = 3;
+inline constexpr std::uint32_t kExactCount = 4;
 inline constexpr std::uint32_t kSatCount = 2;
 
 // The policies of a frame. Every combination is valid and conservative; the defaults are the preset `balanced`.

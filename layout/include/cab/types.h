@@ -352,8 +352,8 @@ struct ArticulationDesc {
   PoseView rest_pose = {};
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
-  // queries by boxes, and compute_boxes. Calls that need more of it answer Status::kSkinNotTaken: exact tests,
-  // histories, sweeps and levels.
+  // queries by boxes, frames with Exact::kSurface but without contacts, and compute_boxes. Calls that need more of it
+  // answer Status::kSkinNotTaken: other exact tests, histories, sweeps and levels.
   SkinDesc skin = {};
 };
 
@@ -741,6 +741,8 @@ struct FrameStats {
   std::uint64_t instances_beyond_bounds = 0;  // characters whose leaf boxes leave BatchInput::bounds; 0 by `links`
   std::uint64_t instances_resting = 0;        // characters and static bodies that were not bounded again
   std::uint64_t hits_kept = 0;                // of hits_needed: the last frame's hits of two that rest; no test counts
+  std::uint64_t leaves_skinned = 0;           // how often a leaf's triangles were skinned; depends on the threads
+  std::uint64_t leaves_replaced = 0;          // of these, in the place of another leaf that had been skinned
   double seconds_update = 0;                  // posing and refit: t[upd]
   double seconds_broad = 0;                   // broad phase: finding characters whose bounds overlap
   double seconds_test = 0;                    // box tests: t[test]

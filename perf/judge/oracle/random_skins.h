@@ -72,7 +72,8 @@ inline void append_inverse_bind(const std::array<double, 4>& turn, const Vec3<do
   }
 }
 
-inline SkinRig random_skin(Random& random, SkinRegime regime) {
+// least_spread: of the vertices of a leaf, as a share of a link's size.
+inline SkinRig random_skin(Random& random, SkinRegime regime, double least_spread = 1e-3) {
   SkinRig out;
   const unsigned count = regime == SkinRegime::kRigid ? 1 + random.index(4) : 2 + random.index(7);
   out.size = random.chance(0.5) ? 1 : random.log_uniform(1e-4, 1e4);
@@ -104,7 +105,7 @@ inline SkinRig random_skin(Random& random, SkinRegime regime) {
     const unsigned own = random.index(count);
     std::vector<std::uint32_t> triangles;
     const Vec3<double> place = out.size * Vec3<double>{{own + random.uniform(-0.5, 0.5), 0, 0}};
-    Vec3<double> spread = random.log_uniform(1e-3, 0.5) * out.size * Vec3<double>{{1, 1, 1}};
+    Vec3<double> spread = random.log_uniform(least_spread, 0.5) * out.size * Vec3<double>{{1, 1, 1}};
     if (regime == SkinRegime::kFlat)
       for (std::size_t c = 0; c < 2; ++c)
         if (random.chance(0.6)) spread[c] = 0;

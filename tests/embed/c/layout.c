@@ -185,6 +185,8 @@ void print_layout(void) {
   MEMBER(cab_FrameStats, instances_beyond_bounds);
   MEMBER(cab_FrameStats, instances_resting);
   MEMBER(cab_FrameStats, hits_kept);
+  MEMBER(cab_FrameStats, leaves_skinned);
+  MEMBER(cab_FrameStats, leaves_replaced);
   MEMBER(cab_FrameStats, seconds_update);
   MEMBER(cab_FrameStats, seconds_broad);
   MEMBER(cab_FrameStats, seconds_test);

@@ -59,6 +59,7 @@ export const POLICY_TABLE: readonly PolicyField[] = [
     values: {
       none: 'overlapping leaf boxes are the answer',
       convex: 'the exact shapes of leaves whose boxes overlap are tested',
+      surface: 'the same, and of leaves with triangles these',
     },
   },
 ];

@@ -1,0 +1,12 @@
+// The triangles of leaves.
+#include "kernels/isa_vector.h"
+#include "kernels/surface/test_surfaces.h"
+
+namespace cab::kernel {
+
+template void skin_leaf<IsaVector>(const SkinLeaf&);
+template std::uint32_t near_triangles<IsaVector>(const SkinnedLeaf&, std::uint32_t, const float (&)[3],
+                                                 const float (&)[3], std::uint32_t*);
+template bool test_surfaces<IsaVector>(const SurfacePair&, void*, TakeTriangles);
+
+}  // namespace cab::kernel

@@ -1,0 +1,473 @@
+// Exact::kSurface: leaves touch where their triangles do, judged in long double by every pair of triangles.
+#include "perf/harness/world.h"
+#include "perf/judge/oracle/random_skins.h"
+#include "perf/judge/oracle/triangle_judge.h"
+#include "tests/engine/thread_pool.h"
+#include "tests/rounds.h"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace cab::tests {
+namespace {
+
+using namespace cab::oracle;
+
+using Name = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;  // two instances and their links
+
+// Instances of a random skin near each other.
+struct Crowd {
+  static constexpr std::uint32_t kCount = 6;
+  SkinRig rig;
+  Poses poses;
+  EnginePtr engine;
+  ArticulationId articulation;
+  BatchId batch;
+
+  Crowd(Random& random, SkinRegime regime, const EngineDesc& desc = {}, BatchKind kind = BatchKind::kCharacters)
+      : rig(random_skin(random, regime, 0.3)),
+        poses(random_skin_poses(random, rig, kCount,
+                                random.chance(0.5) ? PoseFormat::kMatrix3x4Rows : PoseFormat::kQuaternionTranslation, 1,
+                                0.1, 0.5)),
+        engine(make_engine(desc)) {
+    require(add_articulation(*engine, rig.desc(), &articulation));
+    batch = add_instances(*engine, articulation, kCount, kind);
+  }
+
+  std::vector<Hit> run(FrameJob job) const {
+    const BatchInput input = poses.input(batch);
+    const PairRule rules[] = {{batch, batch, Pairing::kBetween}, {batch, batch, Pairing::kWithin}};
+    job.inputs = {&input, 1};
+    job.rules = rules;
+    std::vector<Hit> hits(4096);
+    job.hits = hits;
+    require(run_frame(*engine, job));
+    hits.resize(job.hit_count);
+    return hits;
+  }
+};
+
+std::set<Name> names_of(const std::vector<Hit>& hits) {
+  std::set<Name> out;
+  for (const Hit& hit : hits) out.insert({hit.instance_a, hit.instance_b, hit.link_a, hit.link_b});
+  return out;
+}
+
+struct PlacedLeaf {
+  std::uint32_t instance, link;
+  std::vector<Triangle<Real>> triangles;
+  Point lo, hi;
+};
+
+std::vector<PlacedLeaf> placed_leaves(const Crowd& crowd) {
+  std::vector<PlacedLeaf> out;
+  const ArticulationDesc desc = crowd.rig.desc();
+  for (std::uint32_t i = 0; i < Crowd::kCount; ++i) {
+    const std::vector<ExactPose> exact = exact_poses(crowd.poses, i);
+    for (std::size_t leaf = 0; leaf < crowd.rig.leaves.size(); ++leaf) {
+      PlacedLeaf one = {i, crowd.rig.leaves[leaf].link, {}, {}, {}};
+      for (std::size_t c = 0; c < 3; ++c) {
+        one.lo[c] = HUGE_VALL;
+        one.hi[c] = -HUGE_VALL;
+      }
+      const std::vector<std::uint32_t>& corners = crowd.rig.triangles[leaf];
+      for (std::size_t t = 0; t < corners.size(); t += 3) {
+        Triangle<Real> triangle;
+        for (std::size_t k = 0; k < 3; ++k) {
+          triangle.corner[k] = skinned_vertex(desc.skin, exact, corners[t + k]);
+          for (std::size_t c = 0; c < 3; ++c) {
+            one.lo[c] = std::min(one.lo[c], triangle.corner[k][c]);
+            one.hi[c] = std::max(one.hi[c], triangle.corner[k][c]);
+          }
+        }
+        one.triangles.push_back(triangle);
+      }
+      out.push_back(one);
+    }
+  }
+  return out;
+}
+
+// The least distance of the triangles of each two links, of those whose bounds are within `reach`.
+std::map<Name, Real> distances_of(const Crowd& crowd, Real reach) {
+  std::map<Name, Real> out;
+  const std::vector<PlacedLeaf> leaves = placed_leaves(crowd);
+  for (std::size_t x = 0; x < leaves.size(); ++x)
+    for (std::size_t y = x + 1; y < leaves.size(); ++y) {
+      const PlacedLeaf &a = leaves[x], &b = leaves[y];
+      if (a.instance == b.instance && a.link == b.link) continue;
+      bool near = true;
+      for (std::size_t c = 0; c < 3; ++c) near = near && a.lo[c] <= b.hi[c] + reach && b.lo[c] <= a.hi[c] + reach;
+      if (!near) continue;
+      const bool swap = a.instance == b.instance && b.link < a.link;
+      const Name name = {a.instance, b.instance, swap ? b.link : a.link, swap ? a.link : b.link};
+      for (const Triangle<Real>& s : a.triangles)
+        for (const Triangle<Real>& t : b.triangles) {
+          const auto found = out.emplace(name, HUGE_VALL).first;
+          found->second = std::min(found->second, distance(s, t));
+        }
+    }
+  return out;
+}
+
+// How large the numbers of a crowd are.
+Real size_of(const Crowd& crowd) {
+  Real out = 0;
+  for (const PlacedLeaf& leaf : placed_leaves(crowd))
+    for (std::size_t c = 0; c < 3; ++c) out = std::max({out, std::fabs(leaf.lo[c]), std::fabs(leaf.hi[c])});
+  return out;
+}
+
+// How far triangles are from the boundary of a box along the world's axes, or 0 if one begins inside.
+Real distance_to_box(const Triangle<Real>& triangle, const Point& center, const Point& half) {
+  Point corner[8];
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t c = 0; c < 3; ++c) corner[i][c] = center[c] + (i >> c & 1 ? half[c] : -half[c]);
+  bool inside = true;
+  for (std::size_t c = 0; c < 3; ++c) inside = inside && std::fabs(triangle.corner[0][c] - center[c]) <= half[c];
+  Real out = inside ? 0 : HUGE_VALL;
+  static constexpr std::size_t kSides[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                               {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
+  for (const auto& side : kSides)
+    for (const std::size_t third : {1, 3})
+      out = std::min(out, distance(triangle, {{corner[side[0]], corner[side[2]], corner[side[third]]}}));
+  return out;
+}
+
+// A static body, and how far a triangle is from it.
+struct Obstacle {
+  StaticBody body;
+  ConvexPart part;
+  std::function<Real(const Triangle<Real>&)> distance_to;
+};
+
+Obstacle random_obstacle(Random& random, unsigned kind, const Point& at, double size) {
+  Obstacle out;
+  for (std::size_t c = 0; c < 3; ++c) out.body.origin[c] = static_cast<double>(at[c]);
+  const Point center{{out.body.origin[0], out.body.origin[1], out.body.origin[2]}};
+  for (float& length : out.part.size) length = static_cast<float>(size * random.uniform(0.02, 0.2));
+  const float *const lengths = out.part.size, reach = lengths[0] + lengths[1] + lengths[2];
+  std::fill_n(out.body.box.half, 3, reach);
+  const Point half{{lengths[0], lengths[1], lengths[2]}};
+  if (kind == 0) {
+    out.part.kind = ShapeKind::kSphere;
+    out.distance_to = [center, radius = half[0]](const Triangle<Real>& t) {
+      return distance(t, {{center, center, center}}) - radius;
+    };
+  } else if (kind == 1) {
+    out.part.kind = ShapeKind::kCapsule;
+    const Point along{{0, 0, half[1]}};
+    out.distance_to = [center, along, radius = half[0]](const Triangle<Real>& t) {
+      return distance(t, {{center - along, center + along, center + along}}) - radius;
+    };
+  } else if (kind == 2) {
+    out.part.kind = ShapeKind::kBox;
+    out.distance_to = [center, half](const Triangle<Real>& t) { return distance_to_box(t, center, half); };
+  } else {
+    out.part.kind = ShapeKind::kHalfSpace;
+    std::fill_n(out.body.box.half, 3, static_cast<float>(1000 * size));  // it counts where its box is
+    out.distance_to = [center](const Triangle<Real>& t) {
+      return std::min({t.corner[0][2], t.corner[1][2], t.corner[2][2]}) - center[2];
+    };
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("links of skins touch where their triangles do, with and without a margin") {
+  Random random(170);
+  std::size_t touching = 0, apart = 0;
+  const std::uint64_t count = rounds(60);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const Crowd crowd(random, static_cast<SkinRegime>(round % kSkinRegimeCount));
+    const Real size = size_of(crowd);
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    if (round % 2 == 1) job.margin = static_cast<float>(size * Real{0.02});
+    const std::map<Name, Real> distances = distances_of(crowd, 2 * Real{job.margin} + size / 1000);
+    const std::set<Name> hits = names_of(crowd.run(job));
+    const Real slack = size * 1e-9L;
+    for (const auto& [name, distance] : distances) {
+      if (distance <= Real{job.margin} - (job.margin > 0 ? slack : 0)) CHECK(hits.count(name) == 1);
+      if (distance > Real{job.margin} + slack) CHECK(hits.count(name) == 0);
+      ++(distance <= Real{job.margin} ? touching : apart);
+    }
+    for (const Name& hit : hits) CHECK(distances.count(hit) == 1);
+  }
+  CHECK(touching >= least_count(300, 60));
+  CHECK(apart >= least_count(300, 60));
+}
+
+TEST_CASE("hits on surfaces are the same by every strategy, instruction set and number of threads, and in sequences") {
+  Random random(171);
+  std::size_t seen = 0;
+  const std::uint64_t count = rounds(20);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const auto regime = static_cast<SkinRegime>(round % kSkinRegimeCount);
+    const Random again = random;
+    const Crowd crowd(random, regime);
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    const std::vector<Hit> first = crowd.run(job);
+    seen += first.size();
+    for (const Strategy strategy : {Strategy::kBrute, Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
+      FrameJob other = job;
+      other.policies.strategy = strategy;
+      CHECK(names_of(crowd.run(other)) == names_of(first));
+    }
+    for (const Isa isa : available_isas())
+      for (const std::uint32_t threads : {1u, 3u}) {
+        EngineDesc desc;
+        desc.isa = isa;
+        desc.thread_count = threads;
+        Random same = again;
+        const std::vector<Hit> hits = Crowd(same, regime, desc).run(job);
+        REQUIRE(hits.size() == first.size());
+        CHECK((hits.empty() || std::memcmp(hits.data(), first.data(), hits.size() * sizeof(Hit)) == 0));
+      }
+    // Any instance in contact is one that has a hit.
+    std::vector<std::uint8_t> in_contact(Crowd::kCount);
+    BatchInput input = crowd.poses.input(crowd.batch);
+    input.in_contact = in_contact;
+    const PairRule rules[] = {{crowd.batch, crowd.batch, Pairing::kBetween}};
+    FrameJob contact = job;
+    contact.inputs = {&input, 1};
+    contact.rules = rules;
+    contact.report = Report::kInContact;
+    REQUIRE(run_frame(*crowd.engine, contact) == Status::kOk);
+    for (std::uint32_t i = 0; i < Crowd::kCount; ++i)
+      CHECK((in_contact[i] != 0) == std::any_of(first.begin(), first.end(), [i](const Hit& hit) {
+              return hit.instance_a != hit.instance_b && (hit.instance_a == i || hit.instance_b == i);
+            }));
+    Random same = again;
+    const Crowd sequence(same, regime, {}, BatchKind::kSequence);
+    BatchInput frames = sequence.poses.input(sequence.batch);
+    const PairRule rule = {sequence.batch, sequence.batch, Pairing::kWithin};
+    FrameJob within = job;
+    within.inputs = {&frames, 1};
+    within.rules = {&rule, 1};
+    std::vector<Hit> hits(4096);
+    within.hits = hits;
+    REQUIRE(run_frame(*sequence.engine, within) == Status::kOk);
+    hits.resize(within.hit_count);
+    std::vector<Hit> own;
+    std::copy_if(first.begin(), first.end(), std::back_inserter(own),
+                 [](const Hit& hit) { return hit.instance_a == hit.instance_b; });
+    CHECK(names_of(hits) == names_of(own));
+  }
+  CHECK(seen >= least_count(200, 20));
+}
+
+TEST_CASE("triangles touch balls, capsules, boxes, half spaces and static triangles where they are") {
+  Random random(172);
+  std::size_t touching = 0, apart = 0;
+  const std::uint64_t count = rounds(60);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const Crowd crowd(random, static_cast<SkinRegime>(round % kSkinRegimeCount));
+    const std::vector<PlacedLeaf> leaves = placed_leaves(crowd);
+    const Real size = size_of(crowd), slack = size * 1e-4L;  // for these shapes triangles are rounded to floats
+    const auto near_point = [&] {
+      const PlacedLeaf& leaf = leaves[random.index(static_cast<unsigned>(leaves.size()))];
+      const Point at = leaf.triangles[random.index(static_cast<unsigned>(leaf.triangles.size()))].corner[0];
+      const Vec3<double> by = random.uniform(0, 0.2) * static_cast<double>(size) * random.unit_vector();
+      return at + Point{{by[0], by[1], by[2]}};
+    };
+    std::vector<Obstacle> obstacles;
+    for (unsigned i = 0; i < 12; ++i)
+      obstacles.push_back(random_obstacle(random, i % 4, near_point(), static_cast<double>(size)));
+    std::vector<StaticBody> bodies;
+    for (Obstacle& one : obstacles) {
+      one.body.parts = {&one.part, 1};
+      bodies.push_back(one.body);
+    }
+    std::vector<float> vertices;
+    std::vector<std::uint32_t> corners;
+    std::vector<Triangle<Real>> triangles;
+    for (std::uint32_t t = 0; t < 6; ++t) {
+      Triangle<Real> triangle;
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const Point at = near_point();
+        for (std::size_t c = 0; c < 3; ++c) {
+          vertices.push_back(static_cast<float>(at[c]));
+          triangle.corner[k][c] = vertices.back();
+        }
+        corners.push_back(3 * t + k);
+      }
+      triangles.push_back(triangle);
+    }
+    StaticDesc level;
+    level.bodies = bodies;
+    level.vertices = vertices;
+    level.triangles = corners;
+    BatchId around;
+    std::uint32_t bad = 0;
+    REQUIRE(add_static_batch(*crowd.engine, level, &around, &bad) == Status::kOk);
+    BatchInput inputs[2] = {crowd.poses.input(crowd.batch), {}};
+    inputs[1].batch = around;
+    const PairRule rule = {crowd.batch, around, Pairing::kBetween};
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    job.inputs = inputs;
+    job.rules = {&rule, 1};
+    std::vector<Hit> hits(4096);
+    job.hits = hits;
+    REQUIRE(run_frame(*crowd.engine, job) == Status::kOk);
+    hits.resize(job.hit_count);
+    for (std::uint32_t i = 0; i < Crowd::kCount; ++i)
+      for (std::uint32_t link = 0; link < crowd.rig.link_count(); ++link)
+        for (std::uint32_t body = 0; body < bodies.size() + triangles.size(); ++body) {
+          Real least = HUGE_VALL;
+          for (const PlacedLeaf& leaf : leaves)
+            if (leaf.instance == i && leaf.link == link)
+              for (const Triangle<Real>& triangle : leaf.triangles)
+                least = std::min(least, body < bodies.size() ? obstacles[body].distance_to(triangle)
+                                                             : distance(triangle, triangles[body - bodies.size()]));
+          const bool is_hit = std::any_of(hits.begin(), hits.end(), [&](const Hit& hit) {
+            return hit.instance_a == i && hit.link_a == link && hit.instance_b == body;
+          });
+          if (least <= 0) CHECK(is_hit);
+          if (least > slack) CHECK_FALSE(is_hit);
+          ++(least <= 0 ? touching : apart);
+        }
+  }
+  CHECK(touching >= least_count(300, 60));
+  CHECK(apart >= least_count(300, 60));
+}
+
+TEST_CASE("triangles of one instance that share a vertex do not touch, and others do") {
+  SkinRig rig;
+  rig.parents = {-1, 0};
+  rig.influence_count = 1;
+  rig.vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+  rig.links = {0, 0, 0, 1, 1};
+  rig.weights = {1, 1, 1, 1, 1};
+  rig.leaves.resize(2);
+  rig.leaves[1].link = 1;
+  rig.triangles = {{0, 1, 2}, {2, 3, 4}};
+  const auto run = [&](float lowered) {
+    for (std::size_t leaf = 0; leaf < 2; ++leaf) rig.leaves[leaf].triangles = rig.triangles[leaf];
+    const EnginePtr engine = make_engine();
+    ArticulationId articulation;
+    require(add_articulation(*engine, rig.desc(), &articulation));
+    const BatchId batch = add_instances(*engine, articulation, 1);
+    const float poses[] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, -lowered};
+    BatchInput input;
+    input.batch = batch;
+    input.poses.data = poses;
+    const PairRule rule = {batch, batch, Pairing::kWithin};
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    job.inputs = {&input, 1};
+    job.rules = {&rule, 1};
+    Hit hit;
+    job.hits = {&hit, 1};
+    require(run_frame(*engine, job));
+    return job.hit_count;
+  };
+  CHECK(run(0) == 0);
+  CHECK(run(1) == 0);  // through the other triangle, but from a vertex of it
+  // The same place, with a vertex of its own.
+  rig.vertices.insert(rig.vertices.end(), {0, 1, 0});
+  rig.links.push_back(1);
+  rig.weights.push_back(1);
+  rig.triangles[1][0] = 5;
+  CHECK(run(0) == 1);
+}
+
+TEST_CASE("a small cache of skins changes no hit, and says that leaves were skinned again") {
+  // One leaf of 40 000 triangles makes places large, so that there are few.
+  Random random(173);
+  SkinRig rig;
+  rig.influence_count = 1;
+  std::vector<std::vector<std::uint32_t>> triangles(8);
+  for (std::uint32_t link = 0; link < 8; ++link) {
+    rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+    const std::uint32_t many = link == 0 ? 40000 : 4;
+    for (std::uint32_t t = 0; t < many; ++t) {
+      const Vec3<double> at = 0.2 * random.unit_vector();
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        triangles[link].push_back(static_cast<std::uint32_t>(rig.vertices.size() / 3));
+        const Vec3<double> by = 0.2 * random.unit_vector();
+        for (std::size_t c = 0; c < 3; ++c) rig.vertices.push_back(static_cast<float>(at[c] + by[c]));
+        rig.links.push_back(link);
+        rig.weights.push_back(1);
+      }
+    }
+  }
+  rig.leaves.resize(8);
+  const auto run = [&](bool with_large, FrameStats& stats) {
+    for (std::uint32_t link = 0; link < 8; ++link) {
+      rig.leaves[link].link = link;
+      rig.leaves[link].triangles = {triangles[link].data(), link == 0 && !with_large ? 12 : triangles[link].size()};
+    }
+    const EnginePtr engine = make_engine();
+    ArticulationId articulation;
+    require(add_articulation(*engine, rig.desc(), &articulation));
+    const BatchId batch = add_instances(*engine, articulation, 4);
+    std::vector<float> poses;
+    for (int i = 0; i < 4; ++i)
+      for (int link = 0; link < 8; ++link) poses.insert(poses.end(), {0, 0, 0, 1, 0.05f * static_cast<float>(i), 0, 0});
+    BatchInput input;
+    input.batch = batch;
+    input.poses.data = poses.data();
+    const PairRule rule = {batch, batch, Pairing::kBetween};
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    job.inputs = {&input, 1};
+    job.rules = {&rule, 1};
+    std::vector<Hit> hits(4096);
+    job.hits = hits;
+    require(run_frame(*engine, job));
+    stats = job.stats;
+    std::set<Name> out;
+    for (std::size_t i = 0; i < job.hit_count; ++i)
+      if (hits[i].link_a != 0 && hits[i].link_b != 0)
+        out.insert({hits[i].instance_a, hits[i].instance_b, hits[i].link_a, hits[i].link_b});
+    return out;
+  };
+  FrameStats small, large;
+  const std::set<Name> first = run(false, small);
+  CHECK(first.size() > 20);
+  CHECK(run(true, large) == first);
+  CHECK(small.leaves_skinned == 32);
+  CHECK(small.leaves_replaced < 8);
+  CHECK(large.leaves_skinned > 32);
+  CHECK(large.leaves_replaced > 8);
+}
+
+TEST_CASE("what surfaces do not answer is refused") {
+  Random random(174);
+  const Crowd crowd(random, SkinRegime::kSmooth);
+  const BatchInput input = crowd.poses.input(crowd.batch);
+  FrameJob job;
+  job.policies.exact = Exact::kSurface;
+  job.inputs = {&input, 1};
+  std::vector<Hit> hits(8);
+  std::vector<Contact> contacts(8);
+  job.hits = hits;
+  CHECK(run_frame(*crowd.engine, job) == Status::kOk);
+  job.min_depth = 0.1f;
+  CHECK(run_frame(*crowd.engine, job) == Status::kSkinNotTaken);
+  job.min_depth = 0;
+  job.contacts = contacts;
+  CHECK(run_frame(*crowd.engine, job) == Status::kSkinNotTaken);
+  job.report = Report::kDistances;
+  CHECK(run_frame(*crowd.engine, job) == Status::kSkinNotTaken);
+  job = {};
+  job.inputs = {&input, 1};
+  for (const Exact exact : {Exact::kConvex, Exact::kFcl}) {
+    job.policies.exact = exact;
+    const Status status = run_frame(*crowd.engine, job);
+    CHECK((status == Status::kSkinNotTaken || status == Status::kExactNotBuilt));
+  }
+}
+
+}  // namespace cab::tests
