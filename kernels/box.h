@@ -32,4 +32,11 @@ CAB_INLINE Vec3<V> world_half_extents(const BoxLanes<V>& box) {
   return box.half.x * abs(box.axis[0]) + box.half.y * abs(box.axis[1]) + box.half.z * abs(box.axis[2]);
 }
 
+// A box in every lane.
+template <class V>
+CAB_INLINE BoxLanes<V> spread_box(const Box& box) {
+  const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
+  return {vector(box.center), {vector(box.axis[0]), vector(box.axis[1]), vector(box.axis[2])}, vector(box.half)};
+}
+
 }  // namespace cab::kernel

@@ -117,13 +117,6 @@ CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const BoxLanes<V>& lo
   return box;
 }
 
-// A box in every lane.
-template <class V>
-CAB_INLINE BoxLanes<V> spread_box(const Box& box) {
-  const auto vector = [](const float* p) { return Vec3<V>{V(p[0]), V(p[1]), V(p[2])}; };
-  return {vector(box.center), {vector(box.axis[0]), vector(box.axis[1]), vector(box.axis[2])}, vector(box.half)};
-}
-
 // A posed leaf box, padded so that it contains the exactly posed box and every point within the margin of it.
 template <class V>
 CAB_INLINE BoxLanes<V> pose_box(const RigidLanes<V>& pose, const Box& local, PosePad by, V margin) {
@@ -298,8 +291,8 @@ template <class V>
 CAB_INLINE BoxLanes<V> grown_leaf(const PoseTile& args, std::uint32_t leaf, std::uint32_t lane) {
   const SkinnedLeaves& skin = args.articulation->skin;
   const std::uint32_t begin = skin.influence_begin[leaf], end = skin.influence_begin[leaf + 1];
-  const BoxLanes<V> local = spread_box<V>(args.articulation->leaf_box[leaf]);
-  if (begin == end) return local;
+  const Box& local = args.articulation->leaf_box[leaf];
+  if (begin == end) return spread_box<V>(local);
   const MotionTile* const relatives = args.skin + args.articulation->link_count;
   return grow_box<V>(local, {skin.influences.data + begin, end - begin}, skin.own[leaf],
                      [&](std::uint32_t relative) { return load_motion<V>(relatives[relative], lane); });
