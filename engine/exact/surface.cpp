@@ -55,6 +55,12 @@ std::uint32_t vertex_of(const ExactLeaf& leaf, std::uint32_t triangle, std::uint
   return surface.blocks[of.block_begin + place / kLanes].vertex[place % kLanes];
 }
 
+// The index of a triangle in Leaf::triangles, over 3.
+std::uint32_t index_of(const ExactLeaf& leaf, std::uint32_t triangle) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
+  return surface.patches[surface.leaves[leaf.leaf].patch_begin + triangle / kLanes].triangle[triangle % kLanes];
+}
+
 PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle, const double (&shift)[3]) {
   PlacedTriangle out = {{}, 0};
   for (std::uint32_t i = 0; i < 3; ++i)
@@ -63,13 +69,14 @@ PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle,
   return out;
 }
 
-// Two leaves, and whether they touch.
+// Two leaves, and who takes the triangles of them that touch.
 struct SurfaceTest {
   const ExactLeaf &a, &b;
   double shift[3];
   double margin;
   bool within;
-  bool touches = false;
+  void* taker;
+  TakeTouching take_touching;
 
   bool share_a_vertex(std::uint32_t triangle_a, std::uint32_t triangle_b) const {
     for (std::uint32_t i = 0; i < 3; ++i)
@@ -86,13 +93,14 @@ struct SurfaceTest {
   }
 
   // Returns whether to go on.
-  bool take(const kernel::TrianglePairs& pairs) {
-    for (std::uint32_t lanes = pairs.touching | pairs.undecided; lanes && !touches; lanes &= lanes - 1) {
+  bool take(const kernel::TrianglePairs& pairs) const {
+    for (std::uint32_t lanes = pairs.touching | pairs.undecided; lanes; lanes &= lanes - 1) {
       const std::uint32_t lane = lowest_bit(lanes), triangle_a = pairs.a[lane], triangle_b = pairs.b[lane];
       if (within && share_a_vertex(triangle_a, triangle_b)) continue;
-      touches = (pairs.touching >> lane & 1) || touch_in_double(triangle_a, triangle_b);
+      if (!(pairs.touching >> lane & 1) && !touch_in_double(triangle_a, triangle_b)) continue;
+      if (!take_touching(taker, index_of(a, triangle_a), index_of(b, triangle_b))) return false;
     }
-    return !touches;
+    return true;
   }
 };
 
@@ -103,9 +111,10 @@ const TrianglePatch* patches_of(const ExactLeaf& leaf) {
 
 }  // namespace
 
-bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin, SkinCache& cache,
-                    FrameStats& stats) {
-  SurfaceTest test = {a, b, {}, static_cast<double>(margin), a.batch == b.batch && a.instance == b.instance};
+void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
+                             SkinCache& cache, FrameStats& stats, void* taker, TakeTouching take) {
+  SurfaceTest test = {a,     b,   {}, static_cast<double>(margin), a.batch == b.batch && a.instance == b.instance,
+                      taker, take};
   origin_difference(a, b, test.shift);
   const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, cache, stats),
                             &skin_b = skinned(frame, b, &skin_a, cache, stats);
@@ -126,10 +135,19 @@ bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLe
   }
   pair.error = kSurfaceError * size;
   pair.reach = rounded_up(static_cast<double>(pair.error) + test.margin);
-  frame.kernels.test_surfaces(pair, &test, [](void* taker, const kernel::TrianglePairs& pairs) {
-    return static_cast<SurfaceTest*>(taker)->take(pairs);
+  frame.kernels.test_surfaces(pair, &test, [](void* test_of, const kernel::TrianglePairs& pairs) {
+    return static_cast<const SurfaceTest*>(test_of)->take(pairs);
   });
-  return test.touches;
+}
+
+bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin, SkinCache& cache,
+                    FrameStats& stats) {
+  bool touch = false;
+  find_touching_triangles(frame, a, b, margin, cache, stats, &touch, [](void* out, std::uint32_t, std::uint32_t) {
+    *static_cast<bool*>(out) = true;
+    return false;
+  });
+  return touch;
 }
 
 NearBox near_box(const StoredPose& at, const ConvexShape& shape, const double (&shift)[3], float size, float margin) {

@@ -12,8 +12,16 @@ inline bool has_triangles(const ExactLeaf& leaf) {
   return !surface.leaves.empty() && surface.leaves[leaf.leaf].patch_count > 0;
 }
 
-// Whether a triangle of one leaf touches one of the other, or comes within a margin of it. Both leaves have triangles.
-// Pairs that not even doubles decide touch. Triangles of one instance that have a vertex in common do not count.
+// Takes two triangles that touch: their indices in Leaf::triangles, over 3. Returns whether to go on.
+using TakeTouching = bool (*)(void* taker, std::uint32_t a, std::uint32_t b);
+
+// Finds the triangles of one leaf that touch triangles of the other, or come within a margin of them, in no certain
+// order. Both leaves have triangles. Pairs that not even doubles decide touch. Triangles of one instance that have a
+// vertex in common do not count.
+void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
+                             SkinCache& cache, FrameStats& stats, void* taker, TakeTouching take);
+
+// Whether there are any.
 bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin, SkinCache& cache,
                     FrameStats& stats);
 

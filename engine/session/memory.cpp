@@ -126,6 +126,8 @@ void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
   pose.skin = arena.allocate<MotionTile>(needs.skin);
   pose.last_motions = arena.allocate<MotionTile>(needs.joints);
   worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
+  size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, arena, worker.exact.skins);
+  if (needs.surface_patches) size_triangle_hulls(arena, worker.exact.triangles);
 }
 
 void size_worker(Worker& worker, const MemoryNeeds& needs) {
@@ -135,8 +137,6 @@ void size_worker(Worker& worker, const MemoryNeeds& needs) {
   worker.pose.states = arena.allocate<double>(7 * kLanes * needs.sequence_links);
   worker.pose.state_poses = arena.allocate<float>(7 * kLanes * needs.sequence_links);
   worker.pose.links = arena.allocate<kernel::RawPoses>(needs.sequence_links);
-  size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, arena, worker.exact.skins);
-  if (needs.surface_patches) size_triangle_hulls(arena, worker.exact.triangles);
   PairScratch& pairs = worker.pairs;
   pairs.live = arena.allocate<std::uint32_t>(needs.batch_slots);
   pairs.stack = make_list<NodePair>(arena, kStackPairsPerLevel * needs.depth);

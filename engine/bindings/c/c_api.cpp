@@ -398,6 +398,12 @@ CAB_SAME_MEMBER(Contact, point_a);
 CAB_SAME_MEMBER(Contact, point_b);
 CAB_SAME_MEMBER(Contact, leaf_a);
 CAB_SAME_MEMBER(Contact, leaf_b);
+CAB_SAME_TYPE(TouchingTriangles);
+CAB_SAME_MEMBER(TouchingTriangles, pair);
+CAB_SAME_MEMBER(TouchingTriangles, leaf_a);
+CAB_SAME_MEMBER(TouchingTriangles, leaf_b);
+CAB_SAME_MEMBER(TouchingTriangles, triangle_a);
+CAB_SAME_MEMBER(TouchingTriangles, triangle_b);
 CAB_SAME_TYPE(FrameStats);
 CAB_SAME_MEMBER(FrameStats, candidates);
 CAB_SAME_MEMBER(FrameStats, box_tests);
@@ -615,6 +621,7 @@ CAB_SAME_SPAN(cab_ConstPolicyPresetSpan);
 CAB_SAME_SPAN(cab_FloatSpan);
 CAB_SAME_SPAN(cab_Uint16Span);
 CAB_SAME_SPAN(cab_BoxSpan);
+CAB_SAME_SPAN(cab_TouchingTrianglesSpan);
 CAB_SAME_SPAN(cab_CharSpan);
 CAB_SAME_SPAN(cab_MergeStepSpan);
 CAB_SAME_SPAN(cab_IgnoredPairSpan);
@@ -805,6 +812,14 @@ cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inpu
   return cab::as<cab_Status>(
       cab::compute_contacts(*cab::at<cab::Engine>(engine), cab::as<cab::Span<const cab::BatchInput>>(inputs),
                             cab::as<cab::Span<const cab::Hit>>(pairs), cab::as<cab::Span<cab::Contact>>(contacts)));
+}
+
+cab_Status cab_find_touching_triangles(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
+                                       cab_TouchingTrianglesSpan out, size_t* found) {
+  if (!engine) return CAB_STATUS_NULL_ARGUMENT;
+  return cab::as<cab_Status>(cab::find_touching_triangles(
+      *cab::at<cab::Engine>(engine), cab::as<cab::Span<const cab::BatchInput>>(inputs),
+      cab::as<cab::Span<const cab::Hit>>(pairs), cab::as<cab::Span<cab::TouchingTriangles>>(out), found));
 }
 
 cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* input, uint32_t instance, cab_MaskReason* out) {

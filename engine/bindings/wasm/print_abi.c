@@ -209,6 +209,13 @@ int main(void) {
   MEMBER(Contact, leaf_a, "leafA", "u16", 0);
   MEMBER(Contact, leaf_b, "leafB", "u16", 0);
   END();
+  STRUCT(TouchingTriangles, "false");
+  MEMBER(TouchingTriangles, pair, "pair", "u32", 0);
+  MEMBER(TouchingTriangles, leaf_a, "leafA", "u16", 0);
+  MEMBER(TouchingTriangles, leaf_b, "leafB", "u16", 0);
+  MEMBER(TouchingTriangles, triangle_a, "triangleA", "u32", 0);
+  MEMBER(TouchingTriangles, triangle_b, "triangleB", "u32", 0);
+  END();
   STRUCT(FrameStats, "false");
   MEMBER(FrameStats, candidates, "candidates", "u64", 0);
   MEMBER(FrameStats, box_tests, "boxTests", "u64", 0);

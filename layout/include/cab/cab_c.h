@@ -89,6 +89,7 @@ typedef struct cab_InstancePair cab_InstancePair;
 typedef struct cab_CandidateList cab_CandidateList;
 typedef struct cab_HitChanges cab_HitChanges;
 typedef struct cab_Contact cab_Contact;
+typedef struct cab_TouchingTriangles cab_TouchingTriangles;
 typedef struct cab_FrameStats cab_FrameStats;
 typedef struct cab_FrameJob cab_FrameJob;
 typedef struct cab_Allocator cab_Allocator;
@@ -241,6 +242,10 @@ typedef struct cab_BoxSpan {
   cab_Box* data;  // the first value
   size_t size;    // how many values
 } cab_BoxSpan;
+typedef struct cab_TouchingTrianglesSpan {
+  cab_TouchingTriangles* data;  // the first value
+  size_t size;                  // how many values
+} cab_TouchingTrianglesSpan;
 typedef struct cab_CharSpan {
   char* data;   // the first value
   size_t size;  // how many values
@@ -1087,6 +1092,15 @@ typedef struct cab_Contact {
   uint16_t leaf_b;   // index of the leaf of the second link
 } cab_Contact;
 
+// Two triangles of skins that touch. Written by cab_find_touching_triangles.
+typedef struct cab_TouchingTriangles {
+  uint32_t pair;        // index of the two links
+  uint16_t leaf_a;      // index of the leaf of the first link
+  uint16_t leaf_b;      // index of the leaf of the second link
+  uint32_t triangle_a;  // which triangle of the first leaf: an index in its cab_Leaf.triangles, over 3
+  uint32_t triangle_b;  // the same of the second leaf
+} cab_TouchingTriangles;
+
 // What a frame did. Counts depend neither on the instruction set nor on threads. With CAB_REPORT_IN_CONTACT they depend
 // on both, because what has already been reported is skipped, and candidates come in another order. Seconds are sums
 // over threads, except seconds_total.
@@ -1884,6 +1898,20 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
 // Thread: any, beside other reads.
 CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
                                         cab_ContactSpan contacts);
+
+// Writes the triangles of skins (cab_Leaf.triangles) that touch, of each two links of `pairs`, such as the hits of a
+// frame with CAB_EXACT_SURFACE. Of each Hit only batches, instances and links are read. The two links must differ, and
+// may be of one instance, whose triangles with a vertex in common do not count. Leaves without triangles, and links
+// whose pose is not finite or not rigid, have none. `out` is sorted by its members in their order; *found, which must
+// not be null, receives how many there are. inputs holds the poses of all batches that are named; layers, flags and
+// in_contact have no effect.
+// Cost: skins the leaves of all links, and tests triangles whose bounds overlap, on all threads; allocates nothing.
+// Bits do not depend on instruction set, threads or other pairs.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT, CAB_STATUS_HITS_OVERFLOW
+// (`out` is too small: *found is the size that a second call needs, and the contents of `out` are unspecified),
+// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, beside other reads.
+CAB_API cab_Status cab_find_touching_triangles(cab_Engine* engine, cab_ConstBatchInputSpan inputs,
+                                               cab_ConstHitSpan pairs, cab_TouchingTrianglesSpan out, size_t* found);
 
 // Writes to *out, which must not be null, why one instance of a batch is masked: which link, which number, and how far
 // off. With CAB_MASK_CAUSE_NONE the instance takes part. A margin, which may take a box that is at the limit out of

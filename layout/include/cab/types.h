@@ -728,6 +728,15 @@ struct Contact {
   std::uint16_t leaf_b;  // index of the leaf of the second link
 };
 
+// Two triangles of skins that touch. Written by find_touching_triangles.
+struct TouchingTriangles {
+  std::uint32_t pair;        // index of the two links
+  std::uint16_t leaf_a;      // index of the leaf of the first link
+  std::uint16_t leaf_b;      // index of the leaf of the second link
+  std::uint32_t triangle_a;  // which triangle of the first leaf: an index in its Leaf::triangles, over 3
+  std::uint32_t triangle_b;  // the same of the second leaf
+};
+
 // What a frame did. Counts depend neither on the instruction set nor on threads. With Report::kInContact they depend on
 // both, because what has already been reported is skipped, and candidates come in another order. Seconds are sums over
 // threads, except seconds_total.

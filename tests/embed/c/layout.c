@@ -175,6 +175,12 @@ void print_layout(void) {
   MEMBER(cab_Contact, point_b);
   MEMBER(cab_Contact, leaf_a);
   MEMBER(cab_Contact, leaf_b);
+  TYPE(cab_TouchingTriangles);
+  MEMBER(cab_TouchingTriangles, pair);
+  MEMBER(cab_TouchingTriangles, leaf_a);
+  MEMBER(cab_TouchingTriangles, leaf_b);
+  MEMBER(cab_TouchingTriangles, triangle_a);
+  MEMBER(cab_TouchingTriangles, triangle_b);
   TYPE(cab_FrameStats);
   MEMBER(cab_FrameStats, candidates);
   MEMBER(cab_FrameStats, box_tests);

@@ -443,6 +443,69 @@ TEST_CASE("a small cache of skins changes no hit, and says that leaves were skin
   CHECK(large.leaves_replaced > 8);
 }
 
+TEST_CASE("triangles that touch are listed for every pair of links, in order, on every instruction set and thread") {
+  Random random(177);
+  std::size_t seen = 0;
+  const std::uint64_t count = rounds(20);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const auto regime = static_cast<SkinRegime>(round % kSkinRegimeCount);
+    const Random again = random;
+    const Crowd crowd(random, regime);
+    // Every two links, those that touch and others.
+    std::vector<Hit> pairs;
+    std::set<std::uint32_t> with_leaves;
+    for (const Leaf& leaf : crowd.rig.leaves) with_leaves.insert(leaf.link);
+    for (std::uint32_t i = 0; i < Crowd::kCount; ++i)
+      for (std::uint32_t k = i; k < Crowd::kCount; ++k)
+        for (const std::uint32_t a : with_leaves)
+          for (const std::uint32_t b : with_leaves)
+            if (i < k || a < b)
+              pairs.push_back({slot_of(crowd.batch), i, slot_of(crowd.batch), k, static_cast<std::uint16_t>(a),
+                               static_cast<std::uint16_t>(b), 0, 0});
+    using Pair = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;
+    std::vector<Pair> truth;
+    const std::vector<PlacedLeaf> leaves = placed_leaves(crowd);
+    const std::size_t each = crowd.rig.leaves.size();
+    for (std::uint32_t p = 0; p < pairs.size(); ++p)
+      for (std::uint32_t a = 0; a < each; ++a)
+        for (std::uint32_t b = 0; b < each; ++b) {
+          const PlacedLeaf &of_a = leaves[pairs[p].instance_a * each + a],
+                           &of_b = leaves[pairs[p].instance_b * each + b];
+          if (of_a.link != pairs[p].link_a || of_b.link != pairs[p].link_b) continue;
+          for (std::uint32_t x = 0; x < of_a.triangles.size(); ++x)
+            for (std::uint32_t y = 0; y < of_b.triangles.size(); ++y)
+              if (meet(of_a.triangles[x], of_b.triangles[y])) truth.push_back({p, a, b, x, y});
+        }
+    const BatchInput input = crowd.poses.input(crowd.batch);
+    std::vector<TouchingTriangles> found(truth.size() + 1);
+    std::size_t size = 0;
+    REQUIRE(find_touching_triangles(*crowd.engine, {&input, 1}, pairs, found, &size) == Status::kOk);
+    REQUIRE(size == truth.size());
+    for (std::size_t i = 0; i < size; ++i)
+      CHECK(truth[i] ==
+            Pair(found[i].pair, found[i].leaf_a, found[i].leaf_b, found[i].triangle_a, found[i].triangle_b));
+    seen += size;
+    for (const Isa isa : available_isas()) {
+      EngineDesc desc;
+      desc.isa = isa;
+      desc.thread_count = 3;
+      Random same = again;
+      const Crowd other(same, regime, desc);
+      std::vector<TouchingTriangles> more(size + 1);
+      std::size_t needed = 0;
+      REQUIRE(find_touching_triangles(*other.engine, {&input, 1}, pairs, more, &needed) == Status::kOk);
+      REQUIRE(needed == size);
+      CHECK((size == 0 || std::memcmp(more.data(), found.data(), size * sizeof(TouchingTriangles)) == 0));
+      if (size == 0) continue;
+      more.resize(size - 1);
+      CHECK(find_touching_triangles(*other.engine, {&input, 1}, pairs, more, &needed) == Status::kHitsOverflow);
+      CHECK(needed == size);
+    }
+    CHECK(find_touching_triangles(*crowd.engine, {&input, 1}, pairs, found, nullptr) == Status::kBadOutput);
+  }
+  CHECK(seen >= least_count(1000, 20));
+}
+
 TEST_CASE("what surfaces do not answer is refused") {
   Random random(174);
   const Crowd crowd(random, SkinRegime::kSmooth);
