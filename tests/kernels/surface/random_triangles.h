@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace cab::tests {
 
@@ -160,6 +161,7 @@ inline FloatPair draw_floats(Random& random, FloatRegime regime, double size, do
     const D off = on + point(random.log_uniform(1e-7, 1e-3)) - corner[1][0];
     for (D& c : corner[1]) c = c + off;
   }
+  if (random.chance(0.5)) std::swap(corner[0], corner[1]);
   const D at = {{random.uniform(-away, away), random.uniform(-away, away), random.uniform(-away, away)}};
   FloatPair out;
   for (int s = 0; s < 2; ++s)

@@ -191,7 +191,7 @@ TEST_CASE("answers hold however each corner may be off by the error") {
         random, {FloatRegime::kRegular, FloatRegime::kApart, FloatRegime::kNeedles, FloatRegime::kTouching});
     const double size = random.log_uniform(1e-4, 1e4);
     TriangleBlock block = draw_block(random, regime, size, 1);
-    for (float& e : block.error) e = static_cast<float>(size * random.log_uniform(1e-5, 0.3));
+    for (float& e : block.error) e = static_cast<float>(size * random.log_uniform(1e-6, 0.3));
     CAPTURE(round);
     const ConvexAnswer answer = answer_of(block);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -201,13 +201,13 @@ TEST_CASE("answers hold however each corner may be off by the error") {
       const Real half = Real{0.5} * static_cast<Real>(block.error[lane]);
       for (int trial = 0; trial < 12; ++trial) {
         Triangle<Real> moved[2] = {triangle_of(block, 0, lane), triangle_of(block, 1, lane)};
-        Point all{};  // of one triangle together against the other, or each corner by itself
-        for (std::size_t x = 0; x < 3; ++x) all[x] = half * static_cast<Real>(random.sign());
-        const bool together = trial % 2 == 0;
+        // One triangle against the other, in the eight ways, or each corner by itself.
         for (int s = 0; s < 2; ++s)
           for (Point& corner : moved[s].corner)
-            for (std::size_t x = 0; x < 3; ++x)
-              corner[x] += together ? (s == 0 ? all[x] : -all[x]) : half * static_cast<Real>(random.sign());
+            for (std::size_t x = 0; x < 3; ++x) {
+              const bool is_up = trial < 8 ? ((trial >> x & 1) == s) : random.chance(0.5);
+              corner[x] += is_up ? half : -half;
+            }
         tally.add(answer, lane, oracle::meet(moved[0], moved[1]));
       }
     }
@@ -295,6 +295,32 @@ TEST_CASE("corners of one triangle that differ by the whole range of floats give
   }
   CHECK(tally.wrong_apart == 0);
   CHECK(tally.wrong_touching == 0);
+}
+
+TEST_CASE("a triangle so small that products underflow, next to a corner of a large one, gets no wrong answer") {
+  Random random(kSeed + 8);
+  constexpr std::uint64_t kUsual = 600;
+  Tally tally;
+  for (std::uint64_t round = 0; round < rounds(kUsual); ++round) {
+    const double tiny = random.log_uniform(1e-40, 1e-15);
+    TriangleBlock block = draw_block(random, FloatRegime::kTouching, tiny, 0);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      // One corner of one triangle goes to 0, and the triangle grows about it.
+      const double by = random.log_uniform(1e-7, 1) / tiny;
+      auto& c = block.corner[random.index(2)];
+      for (auto& x : c[0]) x[lane] = 0;
+      for (int k = 1; k < 3; ++k)
+        for (auto& x : c[k]) x[lane] = static_cast<float>(by * x[lane]);
+    }
+    CAPTURE(round);
+    const ConvexAnswer answer = answer_of(block);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      tally.add(answer, lane, oracle::meet(triangle_of(block, 0, lane), triangle_of(block, 1, lane)));
+  }
+  MESSAGE(tally.pairs << " pairs, " << tally.touch << " touch, " << tally.undecided << " undecided");
+  CHECK(tally.wrong_apart == 0);
+  CHECK(tally.wrong_touching == 0);
+  CHECK(tally.touch >= least_count(100, kUsual));
 }
 
 TEST_CASE("volumes and gaps of two triangles err by no more than the proof allows, however they are sought out") {
