@@ -317,6 +317,9 @@ inline constexpr double kLeastTrianglesDouble = 0x1p-200;
 inline constexpr double kMostTrianglesDouble = 0x1p200;
 inline constexpr double kTriangleTinyDouble = 0x1p-1000;
 
+// The square of more than a margin; step 20.9.
+inline constexpr float kFarTriangles = 0x1p126f;
+
 // ------------------------------------------------------------------------------------- round leaves, motions, sine
 
 // Round leaves (kernels/round_leaves.h): how far two posed leaves may be nearer or farther than their tiles say, per

@@ -145,7 +145,7 @@ CAB_INLINE V with_margin(V needed, const Vec3<V>& direction, const TriangleSlack
 template <bool kHasMargin, class V>
 CAB_INLINE V beyond_plane(const TriangleShape<V>& triangle, const V (&heights)[3], const TriangleSlack<V>& slack) {
   const V needed = (triangle.normal_size * slack.rounding + slack.tiny) + slack.error * sum(abs(triangle.normal));
-  return max(least_of(heights), V(0.0f) - most_of(heights)) - with_margin<kHasMargin>(needed, triangle.normal, slack);
+  return max(least_of(heights), V(-1.0f) * most_of(heights)) - with_margin<kHasMargin>(needed, triangle.normal, slack);
 }
 
 // The lanes whose triangles are apart along the normal of one of them, or along a product of an edge of each.
@@ -187,8 +187,8 @@ CAB_INLINE Mask<V> touching_by_volumes(const TrianglePair<V>& pair, const Triang
   const V by_b = (pair.b.normal_size * slack.rounding + slack.tiny) + error * (moved_b * (V(4.0f) * away + moved_b));
   const auto passes = [&](V first, V second, V third, V from, V to, V by_plane) {
     const V least = min(min(first, second), third), most = max(max(first, second), third);
-    const V one_side = max(least, zero - most) - by_edges;
-    const V both_sides = min(max(from, to), zero - min(from, to)) - by_plane;
+    const V one_side = max(least, V(-1.0f) * most) - by_edges;
+    const V both_sides = min(max(from, to), V(-1.0f) * min(from, to)) - by_plane;
     return min(one_side, both_sides);
   };
   V beyond = zero;
@@ -226,6 +226,58 @@ CAB_INLINE Mask<V> apart_in_plane(const TrianglePair<V>& pair, const TriangleSla
   return beyond > zero;
 }
 
+// A weight from 0 to 1: a quotient whose divisor is not negative.
+template <class V>
+CAB_INLINE V weight_of(V dividend, V divisor) {
+  const V by = divide(dividend, max(divisor, by_precision<V>(kTriangleTiny, kTriangleTinyDouble)));
+  return max(min(by, V(1.0f)), V(0.0f));
+}
+
+// The square of the distance of two points, one of each of two segments: the nearest ones (Ericson 2005, 5.1.9), or
+// nearly. e, f: the segments; between: from the beginning of the first to that of the second.
+template <class V>
+CAB_INLINE V distance_of_edges_sq(const Vec3<V>& e, const Vec3<V>& f, const Vec3<V>& between) {
+  const V e_sq = dot(e, e), f_sq = dot(f, f), ef = dot(e, f);
+  const V along_e = dot(e, between), along_f = dot(f, between);
+  V of_e = weight_of(along_e * f_sq - ef * along_f, e_sq * f_sq - ef * ef);
+  const V of_f = weight_of(of_e * ef - along_f, f_sq);
+  of_e = weight_of(of_f * ef + along_e, e_sq);
+  const Vec3<V> way = (between + of_f * f) - of_e * e;
+  return dot(way, way);
+}
+
+// The square of the distance of a point from its foot in a triangle, or more than any if that is outside. from: the way
+// from the triangle's first corner to the point.
+template <class V>
+CAB_INLINE V distance_to_face_sq(const TriangleShape<V>& face, V normal_sq, const Vec3<V>& from) {
+  const V zero(0.0f), one(1.0f);
+  const Vec3<V> across = cross(face.normal, from);
+  const V of_first = zero - dot(across, face.edge[2]), of_second = zero - dot(across, face.edge[0]);
+  const Mask<V> inside = both(both(of_first > zero, of_second > zero), of_first + of_second < normal_sq);
+  const V by = divide(one, normal_sq);
+  const Vec3<V> way = (from - (by * of_first) * face.edge[0]) + (by * of_second) * face.edge[2];
+  return select(inside, dot(way, way), V(kFarTriangles));
+}
+
+// The lanes in which a point of a is within the margin of a point of b.
+template <class V>
+CAB_INLINE Mask<V> near_by_points(const TrianglePair<V>& pair, const TriangleSlack<V>& slack, V margin) {
+  const V zero(0.0f), tiny = by_precision<V>(kTriangleTiny, kTriangleTinyDouble);
+  const V normal_a_sq = dot(pair.a.normal, pair.a.normal) + tiny,
+          normal_b_sq = dot(pair.b.normal, pair.b.normal) + tiny;
+  const Vec3<V> origin = {zero, zero, zero};
+  const Vec3<V> corners_of_a[3] = {origin, pair.a.edge[0], origin - pair.a.edge[2]};
+  V least_sq = V(kFarTriangles);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      least_sq = min(least_sq, distance_of_edges_sq(pair.a.edge[i], pair.b.edge[j], pair.corner[j] - corners_of_a[i]));
+    least_sq = min(least_sq, distance_to_face_sq(pair.a, normal_a_sq, pair.corner[i]));
+    least_sq = min(least_sq, distance_to_face_sq(pair.b, normal_b_sq, corners_of_a[i] - pair.corner[0]));
+  }
+  const V up = by_precision<V>(kTriangleUp, kTriangleUpDouble);
+  return up * sqrt(least_sq + tiny) + (V(2.0f) * slack.error + slack.rounding) < margin;
+}
+
 // The answers for the lanes of `active`. error: how far each coordinate of a corner of b less a corner of a may be from
 // the truth. Error and margin are 0 to kMaxCoordinate. Pairs of a size beyond what products of three lengths can hold
 // stay undecided.
@@ -246,6 +298,11 @@ CAB_INLINE ConvexAnswer test_triangles(const TriangleLanes<V>& a, const Triangle
   if (!active) return answer;
   answer.touching = bits(touching_by_volumes(pair, volumes, slack)) & active;
   active &= ~answer.touching;
+  if (active && has_margin) {
+    const std::uint32_t near = bits(near_by_points(pair, slack, margin)) & active;
+    answer.touching |= near;
+    active &= ~near;
+  }
   if (active) answer.apart |= bits(apart_in_plane(pair, slack)) & active;
   return answer;
 }
