@@ -24,10 +24,9 @@ struct Method {
 constexpr Method kMethods[] = {
     {"any, 1e-2", 1e-2, false}, {"any, 1e-3", 1e-3, false}, {"first, 1e-2", 1e-2, true}, {"first, 1e-3", 1e-3, true}};
 
-// Within how many resolutions links are where they are too close or may touch: in the middle of a part that is not
-// divided they are within half of its length, and until an end they move by another half. The largest of 2500 rounds is
-// 0.98.
-constexpr long double kNear = 1;
+// Within how many resolutions links are where they are too close or may touch (docs/proof.md, 17.2). The largest of 9100
+// rounds is 1.02.
+constexpr long double kNear = 1.54L;
 
 // Motions of a robot, among what stands around it.
 struct Motions {
@@ -118,8 +117,10 @@ void compare(Task& task, std::size_t method, const std::string& name, const Trut
   if (!kMethods[method].first) return;
   if (truth.touches() && truth.touch.moment < moment)
     violation("links touch before the first moment, " + shortest(moment));
-  if (!(moment >= 0 && moment <= 1) || truth.judge.separation(moment) > truth.margin + near)
-    violation("no links are near each other at the first moment, " + shortest(moment));
+  const long double apart = truth.judge.separation(moment) - truth.margin;
+  if (!(moment >= 0 && moment <= 1) || apart > near)
+    violation("no links are near each other at the first moment, " + shortest(moment) + ": they are " +
+              shortest(static_cast<double>(apart)) + " apart");
 }
 
 using Answers = std::array<std::array<MotionAnswer, kMotions>, std::size(kMethods)>;

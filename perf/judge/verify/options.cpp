@@ -14,7 +14,7 @@ Command add_verify(CLI::App& app) {
   VerifyOptions& o = *options;
   CLI::App& command = *app.add_subcommand(
       "verify",
-      "verify merges, overlap tests, hierarchies, frames, exact tests, queries and motions against independent judges");
+      "verify merges, overlap tests, hierarchies, frames, exact tests and depths, queries and motions against judges");
   add_read(command, "--minutes", "N", o.minutes, "how long to run (default 1); a round that has begun is finished",
            read_positive);
   CLI::Option* rounds =

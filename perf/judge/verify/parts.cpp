@@ -6,6 +6,7 @@
 #include "engine/step/instance_batch.h"
 #include "perf/base/option_values.h"
 #include "perf/base/report.h"
+#include "perf/harness/world.h"
 
 namespace cab::perf {
 namespace {
@@ -19,6 +20,12 @@ std::vector<Enumeration> values_of(const std::string& field) {
   for (std::uint32_t v = 0; v < policy_table()[policy_row(field)].value_count; ++v)
     out.push_back(static_cast<Enumeration>(v));
   return out;
+}
+
+std::string list_of(const float* numbers, std::size_t count) {
+  std::string out;
+  for (std::size_t i = 0; i < count; ++i) out += (i == 0 ? "(" : " ") + shortest(numbers[i]);
+  return out + ")";
 }
 
 }  // namespace
@@ -37,9 +44,10 @@ void Task::violation(std::size_t method, const std::string& input) {
 
 const std::vector<VerifyPart>& verify_parts() {
   // The inputs of a part depend on its place, so new ones come last.
-  static const std::vector<VerifyPart> parts = {
-      merges_part(),  overlaps_part(), trees_part(),  frames_part(), shapes_part(),   queries_part(), rays_part(),
-      motions_part(), spheres_part(),  points_part(), boxes_part(),  capsules_part(), regions_part(), surfaces_part()};
+  static const std::vector<VerifyPart> parts = {merges_part(),  overlaps_part(), trees_part(), frames_part(),
+                                                shapes_part(),  queries_part(),  rays_part(),  motions_part(),
+                                                spheres_part(), points_part(),   boxes_part(), capsules_part(),
+                                                regions_part(), surfaces_part(), round_part(), depths_part()};
   return parts;
 }
 
@@ -101,6 +109,40 @@ std::string to_text(const oracle::OracleBox<float>& box) {
   };
   return "center " + three(box.center) + " axes " + three(box.axis[0]) + three(box.axis[1]) + three(box.axis[2]) +
          " half " + three(box.half);
+}
+
+std::vector<std::string> convex_regimes() {
+  return {"regular", "thin",  "unequal", "near",   "concentric", "aligned",
+          "far",     "units", "needles", "plates", "nested",     "equal"};
+}
+
+const char* name_of(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::kBox: return "box";
+    case ShapeKind::kEllipsoid: return "ellipsoid";
+    case ShapeKind::kCapsule: return "capsule";
+    case ShapeKind::kConvexHull: return "hull";
+    case ShapeKind::kSphere: return "sphere";
+    case ShapeKind::kCylinder: return "cylinder";
+    case ShapeKind::kHalfSpace: return "half space";
+  }
+  return "";
+}
+
+std::string to_text(const oracle::PosedPart& posed) {
+  const ConvexPart& part = posed.part;
+  return std::string(name_of(part.kind)) + " size " + list_of(part.size, 3) + " position " + list_of(part.position, 3) +
+         " rotation " + list_of(part.rotation, 4) + " pose " + list_of(posed.pose, 7) + ", " +
+         std::to_string(posed.vertices.size() / 3) + " vertices";
+}
+
+const std::vector<const kernel::KernelTable*>& all_kernels() {
+  static const std::vector<const kernel::KernelTable*> all = [] {
+    std::vector<const kernel::KernelTable*> out;
+    for (const Isa isa : oracle::available_isas()) out.push_back(kernel::find_kernels(isa));
+    return out;
+  }();
+  return all;
 }
 
 }  // namespace cab::perf

@@ -12,6 +12,7 @@
 
 #include "engine/exact/convex_in_double.h"
 #include "kernels/find_kernels.h"
+#include "perf/judge/oracle/convex_pairs.h"
 #include "perf/judge/oracle/oracle_box.h"
 #include "perf/judge/oracle/random.h"
 
@@ -40,8 +41,8 @@ struct Tally {
   std::uint64_t false_positives = 0;
   std::uint64_t differing = 0;        // pairs, or calls, that another strategy or instruction set answers otherwise
   std::uint64_t false_apart = 0;      // pairs of shapes that touch and were called apart
-  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of queries, leave open; motions that
-                                      // the judge does
+  std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of queries, leave open; motions, and
+                                      // pairs of balls and capsules, that the judge does
   std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
   std::uint64_t contacts = 0;         // contacts that were judged
   std::uint64_t above_1 = 0;          // contacts that are more than 1 % deeper than the least depth
@@ -50,7 +51,8 @@ struct Tally {
   std::uint64_t lost = 0;             // links that queries must find and have not; motions called free that touch
   std::uint64_t pairs = 0;            // queries and leaves that were judged
   std::uint64_t free = 0, colliding = 0, too_close = 0;  // motions by their answers
-  double off = 0;          // largest by which the point of a hit is off its leaf as given, in u of the lengths
+  double off = 0;          // largest by which the point of a hit is off its leaf as given, or a depth off the true one,
+                           // in u of the lengths
   double widest_gap = 0;   // of shapes that are apart and were called touching, in parts of what a gap may be
   double excess = -1e300;  // largest by which a corner leaves its box, in ulps of size u (S + M); negative: inside
   double axes = 0;         // largest |R^T R - I| of a box that was made, in u
@@ -114,6 +116,8 @@ enum class Columns {
   kQueries,  // hits of queries
   kQuick,    // hits of queries, and how many pairs of queries and leaves were judged
   kMotions,  // answers about motions
+  kRound,    // answers of frames of balls and capsules, and contacts
+  kDepths,   // depths of contacts
 };
 
 struct VerifyPart {
@@ -139,9 +143,14 @@ VerifyPart boxes_part();
 VerifyPart capsules_part();
 VerifyPart regions_part();
 VerifyPart surfaces_part();
+VerifyPart round_part();
+VerifyPart depths_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();
+
+// The names of oracle::ConvexRegime, likewise.
+std::vector<std::string> convex_regimes();
 
 // All of them, in the order in which they are printed.
 const std::vector<VerifyPart>& verify_parts();
@@ -166,5 +175,13 @@ std::vector<std::string> names_of(const std::vector<RefitMethod>& methods);
 
 // A box as text with all digits, so that it can be tested again elsewhere.
 std::string to_text(const oracle::OracleBox<float>& box);
+
+// A part and the pose of its link, likewise.
+std::string to_text(const oracle::PosedPart& posed);
+
+const char* name_of(ShapeKind kind);
+
+// The kernels of every instruction set that runs here.
+const std::vector<const kernel::KernelTable*>& all_kernels();
 
 }  // namespace cab::perf

@@ -32,19 +32,6 @@ constexpr Real kContactRounding = 4e-7L;
 // Depths below this part of the size are not compared with the least one.
 constexpr Real kDeep = 1e-3L;
 
-const char* name_of(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::kBox: return "box";
-    case ShapeKind::kEllipsoid: return "ellipsoid";
-    case ShapeKind::kCapsule: return "capsule";
-    case ShapeKind::kConvexHull: return "hull";
-    case ShapeKind::kSphere: return "sphere";
-    case ShapeKind::kCylinder: return "cylinder";
-    case ShapeKind::kHalfSpace: return "half space";
-  }
-  return "";
-}
-
 struct Kinds {
   ShapeKind a, b;
 };
@@ -62,29 +49,6 @@ const std::vector<Kinds>& kinds_by_method() {
     return out;
   }();
   return all;
-}
-
-// The kernels of every instruction set that runs here.
-const std::vector<const kernel::KernelTable*>& all_kernels() {
-  static const std::vector<const kernel::KernelTable*> all = [] {
-    std::vector<const kernel::KernelTable*> out;
-    for (const Isa isa : oracle::available_isas()) out.push_back(kernel::find_kernels(isa));
-    return out;
-  }();
-  return all;
-}
-
-std::string list_of(const float* numbers, std::size_t count) {
-  std::string out;
-  for (std::size_t i = 0; i < count; ++i) out += (i == 0 ? "(" : " ") + shortest(numbers[i]);
-  return out + ")";
-}
-
-std::string to_text(const oracle::PosedPart& posed) {
-  const ConvexPart& part = posed.part;
-  return std::string(name_of(part.kind)) + " size " + list_of(part.size, 3) + " position " + list_of(part.position, 3) +
-         " rotation " + list_of(part.rotation, 4) + " pose " + list_of(posed.pose, 7) + ", " +
-         std::to_string(posed.vertices.size() / 3) + " vertices";
 }
 
 void report(Task& task, std::size_t method, const std::string& what, const ConvexCase& made) {
@@ -228,14 +192,11 @@ void run(Task& task) {
 
 }  // namespace
 
-// The regimes are those of oracle::ConvexRegime, in its order.
 VerifyPart shapes_part() {
-  std::vector<std::string> regimes = {"regular", "thin",  "unequal", "near",   "concentric", "aligned",
-                                      "far",     "units", "needles", "plates", "nested",     "equal"};
   std::vector<std::string> methods;
   for (const Kinds& kinds : kinds_by_method())
     methods.push_back(std::string(name_of(kinds.a)) + "-" + name_of(kinds.b));
-  return {"shapes", "pairs", Columns::kShapes, std::move(regimes), std::move(methods), run};
+  return {"shapes", "pairs", Columns::kShapes, convex_regimes(), std::move(methods), run};
 }
 
 }  // namespace cab::perf

@@ -181,7 +181,8 @@ constexpr Column kViolations = {"violations", &Tally::violations}, kDiffering = 
                  kExcess = {"worst excess", nullptr, &Tally::excess, 2}, kAxes = {"axes, u", nullptr, &Tally::axes, 1},
                  kToFind = {"to find", &Tally::touching}, kHits = {"hits", &Tally::hits},
                  kLost = {"lost", &Tally::lost}, kExtra = {"extra", &Tally::false_positives},
-                 kTouching = {"touching", &Tally::touching};
+                 kTouching = {"touching", &Tally::touching}, kOff = {"off, u", nullptr, &Tally::off, 2},
+                 kWideAs = {"wide as", nullptr, &Tally::widest_gap, 3};
 
 // Those between what was judged and the seconds.
 std::vector<Column> columns_of(Columns columns) {
@@ -200,14 +201,13 @@ std::vector<Column> columns_of(Columns columns) {
               {"in double", &Tally::still_undecided},
               {"false apart", &Tally::false_apart},
               {"false touching", &Tally::false_positives},
-              {"wide as", nullptr, &Tally::widest_gap, 3},
+              kWideAs,
               kDiffering,
               {"contacts", &Tally::contacts},
               {"over 1 %", &Tally::above_1},
               {"over 10 %", &Tally::above_10},
               kViolations};
-    case Columns::kQueries:
-      return {kToFind, kHits, kLost, kExtra, {"off, u", nullptr, &Tally::off, 2}, kDiffering, kViolations};
+    case Columns::kQueries: return {kToFind, kHits, kLost, kExtra, kOff, kDiffering, kViolations};
     case Columns::kQuick:
       return {{"pairs", &Tally::pairs},
               {"in long double", &Tally::undecided},
@@ -226,6 +226,12 @@ std::vector<Column> columns_of(Columns columns) {
               {"missed", &Tally::lost},
               {"false", &Tally::false_positives},
               kViolations};
+    case Columns::kRound:
+      return {kTouching,  {"undecided", &Tally::undecided}, kLost, {"false touching", &Tally::false_positives},
+              kWideAs,    {"contacts", &Tally::contacts},   kOff,  kDiffering,
+              kViolations};
+    case Columns::kDepths:
+      return {kOff, {"over 1 %", &Tally::above_1}, {"over 10 %", &Tally::above_10}, kDiffering, kViolations};
     case Columns::kPairs: break;
   }
   return {kTouching, {"misses", &Tally::violations}, {"false positives", &Tally::false_positives}, kDiffering};
@@ -283,7 +289,8 @@ void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, 
          "Rounding, of padding: where rounding took the largest share of a merge's padding, which bounds it; in ulps.\n"
          "Undecided: by the kernels, in double: after the second pass. Wide as: the widest gap of a false touch, of "
          "2^-40. Of motions: too near to touching for the judge.\n"
-         "Off: how far the point of a hit is from its leaf as given, in u of the lengths of leaf and query.\n"
+         "Off: how far the point of a hit is from its leaf as given, in u of the lengths of leaf and query; how far a "
+         "depth is from the true one, in u of the lengths of both shapes.\n"
       << "Seed " << seed << ", " << to_string(isa) << ", " << rounds << " rounds, " << sums.violations()
       << " violations.\n";
   for (const std::string& finding : sums.findings) out << "violation: " << finding << '\n';

@@ -121,10 +121,11 @@ Status boxes_with_small_roots(Engine& engine, const BatchInput& input, const Pol
   return status;
 }
 
-// Overwrites the last of several hits with the one before it.
+// Overwrites the last of several hits with the one before it, in frames with these policies.
+template <Strategy strategy, Exact exact>
 Status frame_without_its_last_hit(Engine& engine, FrameJob& job) noexcept {
   const Status status = run_frame(engine, job);
-  if (status == Status::kOk && job.policies.strategy == Strategy::kTree && job.hit_count > 1)
+  if (status == Status::kOk && job.policies.strategy == strategy && job.policies.exact == exact && job.hit_count > 1)
     job.hits[job.hit_count - 1] = job.hits[job.hit_count - 2];
   return status;
 }
@@ -150,6 +151,40 @@ Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
   const Status status = run_frame(engine, job);
   for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
     job.contacts[hit].depth *= 0.999f;
+  return status;
+}
+
+// Depths of so many parts of 100 000.
+template <int parts>
+void depths_off(const kernel::ConvexBlock& block, kernel::ConvexContacts& found) {
+  genuine().contact_pairs(block, found);
+  for (double& depth : found.depth) depth *= parts / 1e5;
+}
+
+void normals_aside(const kernel::ConvexBlock& block, kernel::ConvexContacts& found) {
+  genuine().contact_pairs(block, found);
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) std::swap(found.normal[0][lane], found.normal[1][lane]);
+}
+
+// By a ten-thousandth of itself, and by a little for frames without one.
+Status frame_with_a_wider_margin(Engine& engine, FrameJob& job) noexcept {
+  const float margin = job.margin;
+  job.margin = 1.0001f * margin + 1e-5f;
+  const Status status = run_frame(engine, job);
+  job.margin = margin;
+  return status;
+}
+
+Status frame_with_another_leaf(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  if (status == Status::kOk && job.hit_count > 0) job.hits[0].leaf_a ^= 1;
+  return status;
+}
+
+Status frame_without_contact(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  if (status == Status::kOk && job.report == Report::kInContact)
+    std::fill_n(job.inputs[0].in_contact.data, job.inputs[0].in_contact.size, std::uint8_t{0});
   return status;
 }
 
@@ -312,7 +347,7 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "hulls"});
   CHECK(wrong.exit_code == 2);
   CHECK(wrong.error.find("--part: 'hulls' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
-                         "spheres, points, boxes, capsules, regions or surfaces") != std::string::npos);
+                         "spheres, points, boxes, capsules, regions, surfaces, round or depths") != std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
@@ -398,7 +433,7 @@ TEST_CASE("a hierarchy whose root is a little too small is found for every kind 
 TEST_CASE("a hit that is lost is found, and is counted as a difference between strategies") {
   perf::Subject subject;
   subject.kernels = &genuine();
-  subject.run_frame = frame_without_its_last_hit;
+  subject.run_frame = frame_without_its_last_hit<Strategy::kTree, Exact::kNone>;
   const Verdict verdict = verify_broken(subject);
   CHECK(verdict.exit_code == 1);
   const Json& frames = part_of(verdict.counts, "frames");
@@ -453,6 +488,45 @@ TEST_CASE("contacts that are a thousandth too shallow are found") {
   const Verdict verdict = verify_broken(subject, {"shapes"});
   CHECK(verdict.exit_code == 1);
   CHECK(verdict.text.find("does not part the shapes") != std::string::npos);
+}
+
+TEST_CASE("depths that are too large or too small, and normals along which they do not part, are found for all kinds") {
+  kernel::KernelTable table = genuine();
+  perf::Subject subject;
+  subject.kernels = &table;
+  for (const auto broken : {depths_off<100001>, depths_off<99999>, normals_aside}) {
+    table.contact_pairs = broken;
+    const Verdict verdict = verify_broken(subject, {"depths"}, 1);
+    CHECK(verdict.exit_code == 1);
+    std::set<std::string> kinds;
+    for (const Json& row : verdict.counts["parts"][0]["rows"])
+      if (row["violations"] > 0) kinds.insert(row["method"]);
+    CHECK(kinds.size() == 10);
+  }
+  CHECK(sum_of(verify_broken(subject, {"depths"}, 1).counts["parts"][0], "differing") > 0);
+}
+
+TEST_CASE("hits of balls and capsules that are lost, named wrongly, too many or off, and lost contact, are found") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  const auto wrong = [&subject](decltype(subject.run_frame) run_frame) {
+    subject.run_frame = run_frame;
+    const Verdict verdict = verify_broken(subject, {"round"}, 8);
+    CHECK(verdict.exit_code == 1);
+    CHECK(verdict.text.find("violation: round, ") != std::string::npos);
+    return verdict.counts["parts"][0];
+  };
+  const Json lost = wrong(frame_without_its_last_hit<Strategy::kAuto, Exact::kConvex>);
+  CHECK(broken_regimes(lost, "without boxes").size() == 7);
+  CHECK(sum_of(lost, "lost") > 0);
+  CHECK(sum_of(lost, "differing") > 0);
+  const Json wide = wrong(frame_with_a_wider_margin);
+  CHECK(sum_of(wide, "false_positives") > 0);
+  CHECK(sum_of(wide, "lost") == 0);
+  CHECK(broken_regimes(wide, "in contact").size() > 3);
+  CHECK(broken_regimes(wrong(frame_with_another_leaf), "by boxes").size() == 7);
+  CHECK(broken_regimes(wrong(frame_with_shallow_contacts), "without boxes").size() > 3);
+  CHECK(broken_regimes(wrong(frame_without_contact), "in contact").size() == 7);
 }
 
 TEST_CASE("hits of queries that are lost, too far, or found by one instruction set alone, are found") {
