@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <new>
-#include <set>
 
 #include "scenes/rig/desc_of.h"
 #include "scenes/rig/posed_skin.h"
+#include "scenes/rig/skin_links.h"
 
 namespace cab::scenes {
 namespace {
@@ -41,12 +40,6 @@ struct LeafPlan {
   std::vector<Vec3> points;
 };
 
-struct LinkMap {
-  std::vector<std::uint32_t> joints;         // of each link
-  std::vector<std::int32_t> parents;         // of each link
-  std::vector<std::uint32_t> link_of_joint;  // the link that stands for each joint
-};
-
 bool are_valid(const BodyRules& rules, std::size_t joint_count) {
   const bool in_range = rules.kinds != 0 && (rules.kinds & ~kAllKinds) == 0 && rules.max_hull_vertices >= 4 &&
                         rules.max_hull_vertices <= 1024 && rules.leaves_per_link >= 1 && rules.leaves_per_link <= 64 &&
@@ -56,67 +49,7 @@ bool are_valid(const BodyRules& rules, std::size_t joint_count) {
                                  [=](std::uint32_t joint) { return joint < joint_count; });
 }
 
-// How far each joint reaches in a pose: to its children, and to the vertices that it moves most. -1 if it moves no
-// vertex.
-std::vector<double> joint_reaches(const CheckedSkin& skin, Span<const std::int32_t> parents,
-                                  const std::vector<Affine>& pose) {
-  std::vector<double> reaches(skin.joint_count(), -1);
-  const std::vector<Vec3> vertices = skin.vertices(pose);
-  for (const Triangle& triangle : skin.triangles()) {
-    for (const std::uint32_t v : triangle) {
-      const auto& influences = skin.influences(v);
-      const auto strongest = std::max_element(influences.begin(), influences.end(),
-                                              [](const auto& a, const auto& b) { return a.weight < b.weight; });
-      for (const auto& influence : influences) {
-        double& reach = reaches[skin.joint_of(influence.bone)];
-        reach = std::max(reach, 0.0);
-      }
-      const std::uint32_t joint = skin.joint_of(strongest->bone);
-      reaches[joint] = std::max(reaches[joint], length(vertices[v] - pose[joint].translation));
-    }
-  }
-  for (std::size_t j = 0; j < reaches.size(); ++j) {
-    if (parents[j] < 0) continue;
-    const auto parent = static_cast<std::size_t>(parents[j]);
-    if (reaches[parent] >= 0)
-      reaches[parent] = std::max(reaches[parent], length(pose[j].translation - pose[parent].translation));
-  }
-  return reaches;
-}
-
-// Chooses the joints that get links. Without links if no joint qualifies.
-LinkMap map_links(const CheckedSkin& skin, Span<const std::int32_t> parents, const BodyRules& rules,
-                  const std::vector<Affine>& pose) {
-  LinkMap map;
-  std::vector<bool> kept(skin.joint_count(), false);
-  for (const std::uint32_t joint : rules.kept_joints) kept[joint] = true;
-  if (rules.kept_joints.empty()) {
-    const std::vector<double> reaches = joint_reaches(skin, parents, pose);
-    for (std::size_t j = 0; j < kept.size(); ++j) kept[j] = reaches[j] >= static_cast<double>(rules.least_reach);
-  }
-  std::vector<std::int32_t> above(kept.size());  // the link at or above each joint, or -1
-  for (std::uint32_t j = 0; j < kept.size(); ++j) {
-    above[j] = parents[j] < 0 ? -1 : above[static_cast<std::size_t>(parents[j])];
-    if (!kept[j]) continue;
-    // Links without a link above them hang from the first one, since there is one root.
-    map.parents.push_back(map.joints.empty() ? -1 : std::max(above[j], 0));
-    above[j] = static_cast<std::int32_t>(map.joints.size());
-    map.joints.push_back(j);
-  }
-  for (const std::int32_t link : above) map.link_of_joint.push_back(static_cast<std::uint32_t>(std::max(link, 0)));
-  return map;
-}
-
-// The share of a triangle's weight that each link has.
-std::map<std::uint32_t, double> link_weights(const CheckedSkin& skin, const LinkMap& map, const Triangle& triangle) {
-  std::map<std::uint32_t, double> weights;
-  for (const std::uint32_t v : triangle)
-    for (const auto& [bone, weight] : skin.influences(v)) weights[map.link_of_joint[skin.joint_of(bone)]] += weight / 3;
-  return weights;
-}
-
-// Gives each triangle to its links: one leaf plan per link, without points. Writes the owners of triangles and the
-// pairs of links that share one.
+// Gives each triangle to its links: one leaf plan per link, without points. Writes the owners of triangles.
 std::vector<LeafPlan> own_triangles(const CheckedSkin& skin, const LinkMap& map, const std::vector<Affine>& pose,
                                     double shared_weight, rig::SkinBodyStorage& storage) {
   const std::vector<Vec3> vertices = skin.vertices(pose);
@@ -124,24 +57,18 @@ std::vector<LeafPlan> own_triangles(const CheckedSkin& skin, const LinkMap& map,
   for (const std::uint32_t joint : map.joints) frames.push_back(rigid_frame(pose[joint]));
   std::vector<LeafPlan> plans(map.joints.size());
   for (std::uint32_t l = 0; l < plans.size(); ++l) plans[l].link = l;
-  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (std::uint32_t l = 1; l < map.parents.size(); ++l) pairs.insert({static_cast<std::uint32_t>(map.parents[l]), l});
   for (std::uint32_t t = 0; t < skin.triangles().size(); ++t) {
     const Triangle& triangle = skin.triangles()[t];
     const std::map<std::uint32_t, double> weights = link_weights(skin, map, triangle);
-    const std::uint32_t owner = std::max_element(weights.begin(), weights.end(), [](const auto& a, const auto& b) {
-                                  return a.second < b.second;
-                                })->first;
+    const std::uint32_t owner = owner_of(weights);
     storage.owners.push_back(owner);
     for (const auto& [link, weight] : weights) {
       if (link != owner && weight < shared_weight) continue;
       plans[link].triangles.push_back({t, {}});
       for (std::size_t k = 0; k < 3; ++k)
         plans[link].triangles.back().corners[k] = frames[link].in(vertices[triangle[k]]);
-      if (link != owner) pairs.insert({std::min(link, owner), std::max(link, owner)});
     }
   }
-  for (const auto& [a, b] : pairs) storage.ignored_pairs.push_back({a, b});
   return plans;
 }
 
@@ -266,6 +193,7 @@ SkinStatus make_bodies(const rig::Skin& skin, const BodyRules& rules, rig::SkinB
   storage.joint_count = checked.joint_count();
   storage.link_parents = map.parents;
   storage.joints = map.joints;
+  storage.ignored_pairs = neighbour_links(checked, map, static_cast<double>(rules.shared_weight));
   std::vector<LeafPlan> plans;
   for (LeafPlan& whole : own_triangles(checked, map, rest, static_cast<double>(rules.shared_weight), storage)) {
     if (whole.triangles.empty()) continue;
@@ -301,11 +229,15 @@ const char* to_string(SkinStatus status) noexcept {
       return "influences must be existing bones with finite weights of 0 or more, influence_count per vertex";
     case SkinStatus::kBadRules: return "a rule is out of its range";
     case SkinStatus::kBadOutput: return "an output is null or of the wrong size";
-    case SkinStatus::kBadBodies: return "bodies are empty, or were made for another number of joints";
-    case SkinStatus::kNoBodies: return "no vertex has a weight";
+    case SkinStatus::kBadBodies: return "bodies are empty, are no solids, or were made for another number of joints";
+    case SkinStatus::kNoBodies: return "no vertex has a weight, or no triangle of a surface has an area";
     case SkinStatus::kTooManyLinks: return "more than 1024 links; a coarser skeleton has fewer";
     case SkinStatus::kTooManyLeaves:
       return "more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer";
+    case SkinStatus::kNoInverse: return "the matrix of a bone in the first pose has no inverse";
+    case SkinStatus::kBindsDiffer:
+      return "two bones of one joint have other matrices than moving the vertices of one of them makes up for";
+    case SkinStatus::kTooManyInfluences: return "a triangle is moved by more than 33 joints";
   }
   return "unknown";
 }
@@ -320,7 +252,11 @@ SkinBodies& SkinBodies::operator=(SkinBodies&& other) noexcept {
 
 SkinBodies::~SkinBodies() { delete storage_; }
 
-ArticulationDesc SkinBodies::desc() const noexcept { return scenes::desc_of(storage_); }
+ArticulationDesc SkinBodies::desc() const noexcept {
+  ArticulationDesc desc = scenes::desc_of(storage_);
+  if (storage_ != nullptr && !storage_->surface.vertices.empty()) desc.skin = storage_->surface.desc();
+  return desc;
+}
 
 Span<const std::uint32_t> SkinBodies::joints() const noexcept {
   if (storage_ == nullptr) return {};
