@@ -90,6 +90,7 @@ void bind_engine(py::module_& module) {
              return py::make_tuple(result.hits, result.counts, result.found, result.stats);
            })
       .def("compute_contacts", &EngineHandle::compute_contacts)
+      .def("find_touching_triangles", &EngineHandle::find_touching_triangles)
       .def("compute_boxes", &EngineHandle::compute_boxes)
       .def("sweep_margins", &EngineHandle::sweep_margins)
       .def("find_touching_moments", &EngineHandle::find_touching_moments)

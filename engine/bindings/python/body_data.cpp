@@ -10,6 +10,7 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -141,6 +142,32 @@ std::unique_ptr<SkinData> from_skin(std::uint32_t kinds, std::uint32_t max_hull_
   return made;
 }
 
+std::unique_ptr<SkinData> from_surface(std::uint32_t most_triangles, const py::kwargs& arrays) {
+  const rig::Skin skin = skin_of(arrays);
+  rig::SurfaceRules rules;
+  rules.most_triangles = most_triangles;
+  auto made = std::make_unique<SkinData>();
+  made->joint_count = skin.joint_parents.size;
+  rig::SkinStatus status = rig::SkinStatus::kOk;
+  {
+    const py::gil_scoped_release release;
+    status = rig::surface_from_skin(skin, rules, &made->bodies);
+  }
+  require_rig(status, "from_surface");
+  return made;
+}
+
+// The same body with more pairs of links ignored.
+std::unique_ptr<BodyData> ignoring(const BodyData& body, const py::object& pairs, std::uint32_t hops) {
+  ArticulationDesc desc = body.desc();
+  std::vector<LinkPair> all(desc.ignored_pairs.begin(), desc.ignored_pairs.end());
+  const auto numbers = span_of<const std::uint32_t>(pairs, {"pairs", {-1, 2}, "(n, 2)"});
+  for (std::size_t k = 0; k + 1 < numbers.size; k += 2) all.push_back({numbers[k], numbers[k + 1]});
+  desc.ignored_pairs = all;
+  desc.ignored_hops = std::max(desc.ignored_hops, hops);
+  return std::make_unique<BodyData>(desc);
+}
+
 // (frames, joints, 4, 4) by columns to (frames, links, 7).
 py::array skin_link_poses(const SkinData& skin, const py::object& matrices) {
   const auto joints = static_cast<py::ssize_t>(skin.joint_count);
@@ -249,6 +276,19 @@ BodyData::BodyData(const ArticulationDesc& desc) : desc_(desc) {
     desc_.rest_pose.link_stride = 0;
     desc_.rest_pose.instance_stride = 0;
   }
+  std::size_t corner_count = 0;
+  for (const Leaf& leaf : leaves_) corner_count += leaf.triangles.size;
+  triangles_.reserve(corner_count);
+  for (Leaf& leaf : leaves_) {
+    const Span<const std::uint32_t> given = leaf.triangles;
+    leaf.triangles = {triangles_.data() + triangles_.size(), given.size};
+    triangles_.insert(triangles_.end(), given.begin(), given.end());
+  }
+  skin_vertices_.assign(desc.skin.vertices.begin(), desc.skin.vertices.end());
+  skin_links_.assign(desc.skin.influence_links.begin(), desc.skin.influence_links.end());
+  skin_weights_.assign(desc.skin.influence_weights.begin(), desc.skin.influence_weights.end());
+  skin_binds_.assign(desc.skin.inverse_bind.begin(), desc.skin.inverse_bind.end());
+  desc_.skin = {skin_vertices_, desc.skin.influence_count, skin_links_, skin_weights_, skin_binds_};
   desc_.link_parents = parents_;
   desc_.link_joints = joints_;
   desc_.leaves = leaves_;
@@ -297,6 +337,20 @@ void bind_body_data(py::module_& module) {
                                }
                                return copy_of(Span<const std::uint32_t>(numbers)).attr("reshape")(-1, 2);
                              })
+      .def_property_readonly("triangles",
+                             [](const BodyData& body) {
+                               py::list out;
+                               for (const Leaf& leaf : body.desc().leaves)
+                                 out.append(copy_of(leaf.triangles).attr("reshape")(-1, 3));
+                               return out;
+                             })
+      .def_property_readonly("skin",
+                             [](const BodyData& body) {
+                               const SkinDesc& skin = body.desc().skin;
+                               return py::make_tuple(copy_of(skin.vertices), copy_of(skin.influence_links),
+                                                     copy_of(skin.influence_weights), copy_of(skin.inverse_bind));
+                             })
+      .def("ignoring", &ignoring)
       .def_property_readonly("rest_pose", &rest_pose_of)
       .def_property_readonly("ignored_hops", [](const BodyData& body) { return body.desc().ignored_hops; });
   module.def("from_boxes", &from_boxes);
@@ -307,6 +361,7 @@ void bind_body_data(py::module_& module) {
       .def_property_readonly("joints", [](const SkinData& skin) { return copy_of(skin.bodies.joints()); })
       .def("link_poses", &skin_link_poses);
   module.def("from_skin", &from_skin);
+  module.def("from_surface", &from_surface);
   module.def("fit_box", &fitted_box);
 }
 

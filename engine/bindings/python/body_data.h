@@ -29,6 +29,9 @@ class BodyData {
   std::vector<ConvexPart> parts_;
   std::vector<float> vertices_;
   std::vector<LinkPair> ignored_;
+  // Of a skin, and its triangles leaf by leaf.
+  std::vector<std::uint32_t> triangles_, skin_links_;
+  std::vector<float> skin_vertices_, skin_weights_, skin_binds_;
   std::vector<float> rest_pose_;
 };
 

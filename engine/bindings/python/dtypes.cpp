@@ -67,6 +67,16 @@ py::dtype contact_dtype() {
   return members.dtype(sizeof(Contact));
 }
 
+py::dtype touching_triangles_dtype() {
+  Members members;
+  members.add("pair", "u4", offsetof(TouchingTriangles, pair));
+  members.add("leaf_a", "u2", offsetof(TouchingTriangles, leaf_a));
+  members.add("leaf_b", "u2", offsetof(TouchingTriangles, leaf_b));
+  members.add("triangle_a", "u4", offsetof(TouchingTriangles, triangle_a));
+  members.add("triangle_b", "u4", offsetof(TouchingTriangles, triangle_b));
+  return members.dtype(sizeof(TouchingTriangles));
+}
+
 py::dtype query_dtype() {
   Members members;
   members.add("kind", "u1", offsetof(Query, kind));

@@ -417,6 +417,22 @@ py::array EngineHandle::compute_contacts(const std::vector<FrameInput*>& inputs,
   return contacts;
 }
 
+py::array EngineHandle::find_touching_triangles(const std::vector<FrameInput*>& inputs, const py::object& pairs) {
+  const std::shared_ptr<Engine> held = engine();
+  const CallInputs call_inputs(inputs);
+  const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
+  std::size_t found = 64;
+  for (;;) {
+    py::array triangles = empty_array(touching_triangles_dtype(), found);
+    const auto list = values_of<TouchingTriangles>(triangles);
+    const Status status =
+        reading([&] { return cab::find_touching_triangles(*held, call_inputs.all(), pair_list, list, &found); });
+    if (status == Status::kHitsOverflow) continue;
+    require(status);
+    return triangles[py::slice(0, static_cast<py::ssize_t>(found), 1)];
+  }
+}
+
 py::array EngineHandle::compute_boxes(const FrameInput& input, const PolicyNames& policies) {
   const std::shared_ptr<Engine> held = engine();
   const Policies values = policies_of(policies);

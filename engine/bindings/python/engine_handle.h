@@ -86,6 +86,7 @@ class EngineHandle {
                           const py::object& queries, const py::object& planes, const std::string& exact,
                           bool reuse_bounds, QueryReport report);
   py::array compute_contacts(const std::vector<FrameInput*>& inputs, const py::object& pairs);
+  py::array find_touching_triangles(const std::vector<FrameInput*>& inputs, const py::object& pairs);
   py::array compute_boxes(const FrameInput& input, const PolicyNames& policies);
   py::array sweep_margins(const FrameInput& last, const FrameInput& input);
   py::array find_touching_moments(const std::vector<FrameInput*>& last, const std::vector<FrameInput*>& inputs,

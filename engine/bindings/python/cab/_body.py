@@ -1,7 +1,7 @@
 """Bodies: links, joints and boxes of one kind of character."""
 
 import hashlib
-from typing import Any, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -210,16 +210,9 @@ class Body:
 
         A skin that makes no body is a ValueError.
         """
-        parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
-        matrices = np.asarray(unmasked(poses, "poses"))
-        if matrices.ndim == 3:
-            matrices = matrices[np.newaxis]
-        vertex_array = small_array(vertices, "f4", "vertices", (None, 3), "(n, 3)")
-        binds = by_columns(inverse_bind, "inverse_bind", (None, 4, 4), "(bones, 4, 4)", order)
         unknown = [kind for kind in kinds if kind not in _SKIN_KINDS]
         if unknown or not kinds:
             raise ValueError(f"kinds: {unknown or kinds!r} is none of {', '.join(_SKIN_KINDS)}")
-        n, bone_count = len(vertex_array), len(binds)
         data = _cab.from_skin(
             sum({_SKIN_KINDS[kind] for kind in kinds}),
             max_hull_vertices,
@@ -227,32 +220,46 @@ class Body:
             inflate,
             least_reach,
             small_array(() if kept_joints is None else kept_joints, "u4", "kept_joints", (None,), "(k,)"),
-            parents=parent_array,
-            poses=by_columns(matrices, "poses", (None, len(parent_array), 4, 4), "(joints, 4, 4)", order),
-            vertices=vertex_array,
-            triangles=small_array(() if triangles is None else triangles, "u4", "triangles", (None, 3), "(m, 3)"),
-            bones=small_array(bones, "u4", "bones", (n, None), f"({n}, influences)"),
-            weights=small_array(weights, "f4", "weights", (n, None), f"({n}, influences)"),
-            inverse_bind=binds,
-            bone_joints=small_array(
-                np.arange(bone_count) if bone_joints is None else bone_joints, "u4", "bone_joints", (bone_count,),
-                f"({bone_count},)",
-            ),
+            **_skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
         )
-        joints = data.joints
-        return SkinnedBody(data, None if names is None else [names[joint] for joint in joints])
+        return SkinnedBody(data, None if names is None else [names[joint] for joint in data.joints])
+
+    @classmethod
+    def from_surface(
+        cls,
+        parents: ArrayLike,
+        poses: Float32Array,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        bones: ArrayLike,
+        weights: ArrayLike,
+        inverse_bind: Float32Array,
+        *,
+        bone_joints: Optional[ArrayLike] = None,
+        names: Optional[Sequence[str]] = None,
+        most_triangles: int = 128,
+        order: str = "row",
+    ) -> "SkinnedBody":
+        """The mesh of a skinned character itself, whose triangles follow every pose by a linear blend.
+
+        Arguments are those of `from_skin`. `exact="surface"` tests the triangles; without it boxes that hold them are
+        the answer. The surface is cut into boxes of at most `most_triangles`, and where it bends in `poses`.
+
+        A skin without triangles is a ValueError.
+        """
+        data = _cab.from_surface(
+            most_triangles,
+            **_skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
+        )
+        return SkinnedBody(data, None if names is None else [names[joint] for joint in data.joints])
 
     def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "Body":
         """The same body with more pairs of links ignored: `pairs` (n, 2), and links at most `hops` joints apart."""
         return Body(self._ignoring(pairs, hops), self._names)
 
     def _ignoring(self, pairs: Optional[ArrayLike], hops: int) -> _cab.BodyData:
-        old = self._data
         more = small_array(() if pairs is None else pairs, "u4", "pairs", (None, 2), "(n, 2)")
-        return _cab.from_boxes(
-            old.parents, old.joints, old.links, old.boxes, old.parts, np.concatenate((old.ignored_pairs, more)),
-            max(hops, old.ignored_hops), old.rest_pose, False,
-        )
+        return self._data.ignoring(more, hops)
 
     def sha256(self) -> str:
         """SHA-256 of links, joints, boxes, shapes and ignored pairs, in hexadecimal digits: equal bodies are equal."""
@@ -260,6 +267,9 @@ class Body:
         digest = hashlib.sha256(repr((self._names, data.ignored_hops)).encode())
         for array in (data.parents, data.joints, data.links, data.boxes, data.ignored_pairs, data.rest_pose):
             _add_to_digest(digest, array)
+        if self.is_surface:
+            for array in (*data.skin, *data.triangles):
+                _add_to_digest(digest, array)
         for part in data.parts:
             for value in part:
                 _add_to_digest(digest, value)
@@ -291,6 +301,16 @@ class Body:
         return self._data.boxes
 
     @property
+    def triangles(self) -> List[UInt32Array]:
+        """By box: (k, 3) uint32, the vertices of the triangles that it holds, if `is_surface`."""
+        return self._data.triangles
+
+    @property
+    def is_surface(self) -> bool:
+        """Whether `from_surface` made it."""
+        return len(self._data.skin[0]) > 0
+
+    @property
     def ignored_pairs(self) -> UInt32Array:
         """(pairs, 2) uint32: the pairs of links that were given, or made, to be ignored."""
         return self._data.ignored_pairs
@@ -299,15 +319,48 @@ class Body:
         return f"cab.Body({self.link_count} links, {len(self.box_links)} boxes)"
 
 
+def _skin_arrays(
+    parents: ArrayLike,
+    poses: Float32Array,
+    vertices: ArrayLike,
+    triangles: Optional[ArrayLike],
+    bones: ArrayLike,
+    weights: ArrayLike,
+    inverse_bind: Float32Array,
+    bone_joints: Optional[ArrayLike],
+    order: str,
+) -> Dict[str, Any]:
+    parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
+    matrices = np.asarray(unmasked(poses, "poses"))
+    if matrices.ndim == 3:
+        matrices = matrices[np.newaxis]
+    vertex_array = small_array(vertices, "f4", "vertices", (None, 3), "(n, 3)")
+    binds = by_columns(inverse_bind, "inverse_bind", (None, 4, 4), "(bones, 4, 4)", order)
+    n, bone_count = len(vertex_array), len(binds)
+    return {
+        "parents": parent_array,
+        "poses": by_columns(matrices, "poses", (None, len(parent_array), 4, 4), "(joints, 4, 4)", order),
+        "vertices": vertex_array,
+        "triangles": small_array(() if triangles is None else triangles, "u4", "triangles", (None, 3), "(m, 3)"),
+        "bones": small_array(bones, "u4", "bones", (n, None), f"({n}, influences)"),
+        "weights": small_array(weights, "f4", "weights", (n, None), f"({n}, influences)"),
+        "inverse_bind": binds,
+        "bone_joints": small_array(
+            np.arange(bone_count) if bone_joints is None else bone_joints, "u4", "bone_joints", (bone_count,),
+            f"({bone_count},)",
+        ),
+    }
+
+
 class SkinnedBody(Body):
-    """A body that `Body.from_skin` made. Some joints have no link: `joints` says which have."""
+    """A body that `Body.from_skin` or `Body.from_surface` made. `joints` says which joints have a link."""
 
     __slots__ = ("_skin",)
 
     def __init__(
         self, skin: _cab.SkinData, names: Optional[Sequence[str]], data: Optional[_cab.BodyData] = None
     ) -> None:
-        """For `Body.from_skin`."""
+        """For `Body.from_skin` and `Body.from_surface`."""
         super().__init__(skin.body if data is None else data, names)
         self._skin = skin
 

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 hit_dtype: "np.dtype[np.void]"
 contact_dtype: "np.dtype[np.void]"
+touching_triangles_dtype: "np.dtype[np.void]"
 query_dtype: "np.dtype[np.void]"
 query_plane_dtype: "np.dtype[np.void]"
 query_hit_dtype: "np.dtype[np.void]"
@@ -38,6 +39,15 @@ class BodyData:
     @property
     def ignored_hops(self) -> int: ...
     @property
+    def triangles(self) -> List[npt.NDArray[np.uint32]]: ...
+    @property
+    def skin(
+        self,
+    ) -> Tuple[
+        npt.NDArray[np.float32], npt.NDArray[np.uint32], npt.NDArray[np.float32], npt.NDArray[np.float32]
+    ]: ...
+    def ignoring(self, pairs: npt.NDArray[np.uint32], hops: int) -> "BodyData": ...
+    @property
     def rest_pose(self) -> Optional[npt.NDArray[np.float32]]: ...
 
 class SkinData:
@@ -56,6 +66,8 @@ def from_skin(
     kept_joints: npt.NDArray[np.uint32],
     **arrays: npt.NDArray[Any],
 ) -> SkinData: ...
+
+def from_surface(most_triangles: int, **arrays: npt.NDArray[Any]) -> SkinData: ...
 
 reads_files: bool
 max_file_bytes: int
@@ -289,6 +301,9 @@ class Engine:
         reuse_bounds: bool,
         report: int,
     ) -> Tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.bool_], QueryStats]: ...
+    def find_touching_triangles(
+        self, inputs: Sequence[FrameInput], pairs: npt.NDArray[np.void]
+    ) -> npt.NDArray[np.void]: ...
     def compute_contacts(
         self, inputs: Sequence[FrameInput], pairs: npt.NDArray[np.void]
     ) -> npt.NDArray[np.void]: ...

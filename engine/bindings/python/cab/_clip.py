@@ -42,10 +42,10 @@ class _Character(NamedTuple):
     frame_input: _cab.FrameInput
 
 
-def _exact_policies(policies: PoliciesLike, exact: Optional[str]) -> Policies:
+def _exact_policies(policies: PoliciesLike, exact: Optional[str], default: str) -> Policies:
     # An exact test of the caller's policies stands, unless `exact` overrules it.
     chosen = policies_of(policies, exact)
-    return policies_of(chosen, "convex") if exact is None and chosen.exact == "none" else chosen
+    return policies_of(chosen, default) if exact is None and chosen.exact == "none" else chosen
 
 
 def intervals_of(hits: StructuredArray, fps: float, gap: int = 0) -> StructuredArray:
@@ -201,7 +201,7 @@ class Clip:
                 rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
         hits, contacts, stats = self._engine.run_frame(
             [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
-            with_depths and chosen.exact != "none",
+            with_depths and chosen.exact not in ("none", "surface"),
         )
         self._stats = stats
         if stats.instances_masked:
@@ -238,6 +238,9 @@ class Clip:
         rows["link_b"] = hits["link_b"][index]
         return rows, depths[index]
 
+    def _default_exact(self) -> str:
+        return "surface" if any(one.body.is_surface for one in self._characters) else "convex"
+
     def hits(
         self,
         *,
@@ -253,8 +256,9 @@ class Clip:
 
         within     whether links of one character are tested with each other, but for its body's ignored pairs.
         between    whether different characters are.
-        exact      "convex": exact shapes, with depths. "none": boxes alone, and depth is NaN. Default: the exact test
-                   of `policies`, or "convex" if they have none.
+        exact      "convex": exact shapes, with depths. "none": boxes alone, and depth is NaN. "surface": triangles of
+                   surfaces (`Body.from_surface`), and depth is NaN. Default: the exact test of `policies`, or if they
+                   have none "surface" where a body is one, else "convex".
         min_depth  a length: what is less deep does not count.
         margin     a length: links that are at most this far apart count too, with a depth below 0.
         depths     whether depths are wanted, which take most of the time. Without them depth is NaN.
@@ -262,7 +266,7 @@ class Clip:
         Returns a structured array: frame, a, link_a, b, link_b (a and b are numbers of characters, equal within one),
         depth: how far b must move to be free, by the shortest way found.
         """
-        chosen = _exact_policies(policies, exact)
+        chosen = _exact_policies(policies, exact, self._default_exact())
         rows, found = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS, depths)
         rows["depth"] = found
         return rows
@@ -306,7 +310,7 @@ class Clip:
 
         Returns a structured array: frame, a, link_a, b, link_b, distance; below 0: minus the depth.
         """
-        chosen = _exact_policies(policies, exact)
+        chosen = _exact_policies(policies, exact, self._default_exact())
         if chosen.exact == "none":
             raise ValueError("exact: distances are those of exact shapes; 'convex' has them")
         rows, depths = self._run(DISTANCE, within, between, chosen, most, 0, _DISTANCES)

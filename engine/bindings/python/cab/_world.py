@@ -471,11 +471,12 @@ class World:
         within     whether the links of each character are tested with each other: True, or the batches.
         policies   `Policies`, or the name of a preset. Default: "balanced".
         exact      "none" (default): overlapping boxes are hits. "convex": exact shapes decide. "fcl": FCL does.
+                   "surface": as "convex", and of surfaces (`Body.from_surface`) their triangles decide.
         margin     a length: links that are at most this far apart are reported too.
         min_depth  a length: with an exact test, hits that are less deep are dropped.
         report     "hits"; "in_contact": only `Posed.in_contact`, faster; "distances": of every two characters at most
                    `margin` apart the two links that are nearest.
-        contacts   whether contacts are computed. Default: if there is an exact test.
+        contacts   whether contacts are computed. Default: with "convex" and "fcl". Surfaces have none.
         resting    what is done with hits of two that rest (`moved`): "reported" or "skipped".
 
         Raises `InputError` for what the engine refuses. Masked characters are a `MaskedWarning`.
@@ -518,7 +519,7 @@ class World:
             rules.extend((a._id, b._id, _BETWEEN, rest) for a, b in pairs)
         inside = [one._batch for one in posed] if within is True else [] if within is False else within
         rules.extend((batch._id, batch._id, _WITHIN, rest) for batch in inside)
-        with_contacts = chosen.exact != "none" and report != "in_contact" if contacts is None else contacts
+        with_contacts = chosen.exact in ("convex", "fcl") and report != "in_contact" if contacts is None else contacts
         hits, found, stats = self._engine.run_frame(
             inputs, rules, chosen._names(), margin, min_depth, _REPORTS.index(report), with_contacts
         )
@@ -542,6 +543,23 @@ class World:
         """
         posed = self._posed(poses, arguments)
         return self._engine.compute_contacts(self._inputs(posed), pairs)
+
+    def touching_triangles(
+        self,
+        pairs: StructuredArray,
+        poses: Union[None, Float32Array, Posed, Sequence[Posed]] = None,
+        **arguments: Any,
+    ) -> StructuredArray:
+        """The triangles of surfaces (`Body.from_surface`) that touch, of named links, such as the hits of a frame.
+
+        pairs  `cab.HIT` (n,): of each only batches, instances and links are read.
+        poses  as in `run`; None: those of the last frame, as their arrays are now.
+
+        Returns `cab.TOUCHING_TRIANGLES`, sorted: pair (which of `pairs`), leaf_a, leaf_b, triangle_a, triangle_b:
+        rows of `Body.triangles[leaf]`.
+        """
+        posed = self._posed(poses, arguments)
+        return self._engine.find_touching_triangles(self._inputs(posed), pairs)
 
     def boxes(self, posed: Posed, policies: PoliciesLike = None) -> StructuredArray:
         """All boxes of each character, `center`, `axis` and `half`, relative to its origin along the world's axes.

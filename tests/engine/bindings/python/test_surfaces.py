@@ -1,0 +1,121 @@
+"""Surfaces of skins: bodies of triangles, frames by them, and the triangles that touch, beside brute force in NumPy."""
+
+import cab
+import numpy as np
+import pytest
+
+
+def tube_skin(rings=9, sides=8):
+    """A tube along x about two joints that are 1 apart; its middle bends smoothly."""
+    x = np.linspace(-0.8, 1.8, rings)
+    angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
+    vertices = np.array([[place, 0.2 * np.cos(a), 0.2 * np.sin(a)] for place in x for a in angle], dtype=np.float32)
+    triangles = []
+    for ring in range(rings - 1):
+        for side in range(sides):
+            a, b = ring * sides + side, ring * sides + (side + 1) % sides
+            triangles += [[a, b, a + sides], [b, b + sides, a + sides]]
+    share = np.clip(x, 0, 1).repeat(sides)
+    rest = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))
+    rest[1, 0, 3] = 1
+    return dict(
+        parents=[-1, 0], poses=rest, vertices=vertices, triangles=np.array(triangles),
+        bones=np.tile([0, 1], (len(vertices), 1)), weights=np.stack([1 - share, share], axis=1),
+        inverse_bind=np.linalg.inv(rest).astype(np.float32),
+    )
+
+
+def bent_poses(rng, count):
+    """Joint matrices (count, 2, 4, 4): the second joint turned about z, all moved a little."""
+    out = np.tile(np.eye(4, dtype=np.float32), (count, 2, 1, 1))
+    angle = rng.uniform(-1, 1, count)
+    out[:, 1, 0, 0] = out[:, 1, 1, 1] = np.cos(angle)
+    out[:, 1, 0, 1], out[:, 1, 1, 0] = -np.sin(angle), np.sin(angle)
+    out[:, 1, 0, 3] = 1
+    out[:, :, :3, 3] += rng.uniform(-0.6, 0.6, (count, 1, 3))
+    return out
+
+
+def skinned(skin, matrices):
+    """The vertices (n, 3) where joint matrices (2, 4, 4) put them, in double."""
+    points = np.concatenate([skin["vertices"], np.ones((len(skin["vertices"]), 1))], axis=1).astype(float)
+    moved = np.einsum("jab,jbc,vc->vja", matrices.astype(float), skin["inverse_bind"].astype(float), points)
+    return np.einsum("vj,vja->va", skin["weights"], moved)[:, :3]
+
+
+def crosses(start, end, corners):
+    """Whether segments (k, 3) pass through one triangle (3, 3)."""
+    e, f, d = corners[1] - corners[0], corners[2] - corners[0], end - start
+    h = np.cross(d, f)
+    det = h @ e
+    safe = np.where(det == 0, 1, det)
+    t = start - corners[0]
+    u = np.einsum("ka,ka->k", t, h) / safe
+    q = np.cross(t, e)
+    v = np.einsum("ka,ka->k", d, q) / safe
+    s = q @ f / safe
+    return (det != 0) & (u >= 0) & (v >= 0) & (u + v <= 1) & (s >= 0) & (s <= 1)
+
+
+def touching(a, b):
+    """The pairs (i, k) of triangles (n, 3, 3) and (m, 3, 3) of which an edge of one passes through the other."""
+    found = set()
+    for first, second, swap in ((a, b, False), (b, a, True)):
+        starts, ends = first.reshape(-1, 3), np.roll(first, -1, axis=1).reshape(-1, 3)
+        for k, corners in enumerate(second):
+            for edge in np.flatnonzero(crosses(starts, ends, corners)):
+                found.add((k, edge // 3) if swap else (edge // 3, k))
+    return found
+
+
+def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
+    skin = tube_skin()
+    body = cab.Body.from_surface(**skin, names=["upper", "lower"], most_triangles=40)
+    assert body.is_surface and body.names == ("upper", "lower")
+    assert sorted(len(t) for t in body.triangles) and sum(len(t) for t in body.triangles) == len(skin["triangles"])
+    matrices = bent_poses(rng, 12)
+    poses = body.link_poses(matrices)
+    world = cab.World()
+    world.add(body, 12)
+    frame = world.run(poses, exact="surface")
+    assert frame.contacts is None
+    places = np.stack([skinned(skin, m) for m in matrices])
+    truth, pairs = set(), set()
+    for a in range(12):
+        for b in range(a + 1, 12):
+            found = touching(places[a][skin["triangles"]], places[b][skin["triangles"]])
+            truth |= {(a, b, *map(int, pair)) for pair in found}
+            pairs |= {(a, b)} if found else set()
+    assert {(int(hit["instance_a"]), int(hit["instance_b"])) for hit in frame.hits} == pairs and len(pairs) > 5
+    # Without an exact test boxes decide, and find more.
+    assert len(world.run(poses, exact="none").hits) >= len(frame.hits)
+    # Triangles by the places of their vertices, since the body has its own order of both.
+    listed = world.touching_triangles(frame.hits, poses)
+    assert listed.dtype == cab.TOUCHING_TRIANGLES and len(listed) == len(truth)
+    for one in listed:
+        hit = frame.hits[one["pair"]]
+        for side in "ab":
+            leaf = one["leaf_" + side]
+            assert body.box_links[leaf] == hit["link_" + side]
+            assert one["triangle_" + side] < len(body.triangles[leaf])
+
+
+def test_surfaces_are_bodies_like_others(rng):
+    skin = tube_skin()
+    body = cab.Body.from_surface(**skin)
+    assert body.sha256() == cab.Body.from_surface(**skin).sha256()
+    moved = {**skin, "vertices": skin["vertices"] * np.float32(1.5)}
+    assert body.sha256() != cab.Body.from_surface(**moved).sha256()
+    quiet = body.ignoring([[0, 1]])
+    assert isinstance(quiet, cab.SkinnedBody) and quiet.is_surface and len(quiet.triangles) == len(body.triangles)
+    clip = cab.Clip(quiet, body.link_poses(bent_poses(rng, 5)))
+    assert len(clip.hits()) == 0
+    two = cab.Clip()
+    for _ in range(2):
+        two.add(body, body.link_poses(bent_poses(rng, 5)))
+    hits = two.hits(within=False)
+    assert np.isnan(hits["depth"]).all() and len(hits) <= len(two.hits(within=False, exact="none"))
+    with pytest.raises(cab.InputError):
+        two.hits(within=False, exact="convex")
+    with pytest.raises(ValueError, match="triangles"):
+        cab.Body.from_surface(**{**skin, "triangles": np.zeros((0, 3), dtype=int)})
