@@ -120,9 +120,10 @@ class MaskSearch {
 
   // A leaf's box in its link's frame, with room for what other links do to its vertices.
   kernel::BoxLanes<float> local_box(std::uint32_t link, std::uint32_t leaf) const {
-    const auto local = kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf));
+    const Box& local = leaf_box_of(batch_, instance_, leaf);
     const SkinnedLeaves& skin = articulation_.skin;
-    if (skin.empty() || skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) return local;
+    if (skin.empty() || skin.influence_begin[leaf] == skin.influence_begin[leaf + 1])
+      return kernel::spread_box<float>(local);
     const std::uint32_t begin = skin.influence_begin[leaf];
     const kernel::RigidLanes<float> base = given_pose(link);
     return kernel::grow_box<float>(local, {skin.influences.data + begin, skin.influence_begin[leaf + 1] - begin},
