@@ -35,8 +35,16 @@ struct PoseTile {
   const BoxTile* own_boxes = nullptr;
   // Poses between two moments, of quaternions: the later one. Else null.
   const LaterPoses* later = nullptr;
-  // Of an articulation with a skin: room for skin_tiles(*articulation).
+  // Of an articulation with a skin: room for skin_tiles(*articulation); and to pose few instances by lanes of leaves,
+  // for skin_rows(*articulation) and for a tile per leaf, or null.
   MotionTile* skin = nullptr;
+  float* skin_rows = nullptr;
+  GrownTile* grown = nullptr;
+  std::uint32_t count = kLanes;  // of instances: later lanes repeat the last one
+
+  // Whether the boxes of a skin grow by lanes of leaves, one instance after the other, since lanes of instances would
+  // be empty.
+  bool grows_alone() const { return grown && count <= 3; }
 };
 
 // Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
@@ -292,10 +300,41 @@ CAB_INLINE BoxLanes<V> grown_leaf(const PoseTile& args, std::uint32_t leaf, std:
   const SkinnedLeaves& skin = args.articulation->skin;
   const std::uint32_t begin = skin.influence_begin[leaf], end = skin.influence_begin[leaf + 1];
   const Box& local = args.articulation->leaf_box[leaf];
-  if (begin == end) return spread_box<V>(local);
+  BoxLanes<V> out = spread_box<V>(local);
+  if (begin == end) return out;
+  if (args.grows_alone()) {
+    out.center = load3<V>(args.grown[leaf].center, lane);
+    out.half = load3<V>(args.grown[leaf].half, lane);
+    return out;
+  }
   const MotionTile* const relatives = args.skin + args.articulation->link_count;
-  return grow_box<V>(local, {skin.influences.data + begin, end - begin}, skin.own[leaf],
-                     [&](std::uint32_t relative) { return load_motion<V>(relatives[relative], lane); });
+  const GrownLanes<V> grown =
+      grow_box<V>(local, {skin.influences.data + begin, end - begin}, skin.own[leaf],
+                  [&](std::uint32_t relative) { return load_motion<V>(relatives[relative], lane); });
+  out.center = grown.center;
+  out.half = grown.half;
+  return out;
+}
+
+// Grows the boxes of few instances, and repeats those of the last one in the lanes after it.
+template <class V>
+CAB_INLINE void grow_few(const PoseTile& args) {
+  const Articulation& articulation = *args.articulation;
+  const SkinnedLeaves& skin = articulation.skin;
+  float* const relatives = args.skin_rows + std::size_t{kRowFloats} * articulation.link_count;
+  for (std::uint32_t lane = 0; lane < args.count; ++lane) {
+    for (const PosedLink& posed : articulation.posed_links)
+      write_row(args.skin[posed.link], lane, args.skin_rows + std::size_t{kRowFloats} * posed.link);
+    grow_alone<V>(skin, args.skin_rows, relatives, lane, args.grown);
+  }
+  for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
+    if (skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) continue;
+    for (std::uint32_t lane = args.count; lane < kLanes; ++lane)
+      for (int c = 0; c < 3; ++c) {
+        args.grown[leaf].center[c][lane] = args.grown[leaf].center[c][args.count - 1];
+        args.grown[leaf].half[c][lane] = args.grown[leaf].half[c][args.count - 1];
+      }
+  }
 }
 
 // Poses one link and its leaves in the lanes that V covers. raw: its pose; with a skin args.skin has it already.
@@ -309,7 +348,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
   RigidLanes<V> pose;
   if constexpr (kSkinned) {
     pose = place(load_motion<V>(args.skin[posed.link], lane), placing, lane, checks);
-    look_at_relatives<V>(args, posed.link, lane);
+    if (!args.grows_alone()) look_at_relatives<V>(args, posed.link, lane);
   } else {
     pose = placed_pose(raw, placing, lane, checks);
   }
@@ -414,6 +453,7 @@ void pose_tile(const PoseTile& args) {
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       store_motion(args.skin[link], lane, link_pose(poses, args.coding, lane, checks[lane / kWidth<V>]));
   }
+  if (kSkinned && args.grows_alone()) grow_few<V>(args);
   for (const PosedLink& posed : articulation.posed_links) {
     const RawPoses& link = kSkinned ? raw : read_link<V>(args, posed.link, raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)

@@ -74,6 +74,14 @@ inline std::size_t skin_tiles(const Articulation& articulation) {
   return articulation.skin.empty() ? 0 : std::size_t{articulation.link_count} + articulation.skin.most_relatives;
 }
 
+// How many rows of sixteen floats the growth of one instance's boxes takes: one for each link, and one for each link as
+// another sees it, of these a multiple of sixteen.
+inline std::size_t skin_rows(const Articulation& articulation) {
+  if (articulation.skin.empty()) return 0;
+  return articulation.link_count +
+         std::size_t{kLanes} * tile_count(static_cast<std::uint32_t>(articulation.skin.relatives.size));
+}
+
 // Whether leaves have triangles of a skin.
 inline bool has_skin(const Articulation& articulation) { return !articulation.skin.own.empty(); }
 

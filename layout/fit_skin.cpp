@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <iterator>
 #include <vector>
 
 namespace cab {
@@ -354,11 +356,64 @@ void store(const ArticulationDesc& desc, const std::vector<LeafFit>& fits,
     influence_begin[leaf + 1] = static_cast<std::uint32_t>(influences.size());
     own[leaf] = fits[leaf].own;
   }
+  const auto from = arena.allocate<std::uint16_t>(all.size());
+  for (std::size_t link = 0; link < relatives.size(); ++link)
+    std::fill(from.data + relative_begin[link], from.data + relative_begin[link + 1], static_cast<std::uint16_t>(link));
   out.relatives = constant(arena.copy(Span<const std::uint16_t>(all)));
+  out.relative_from = constant(from);
   out.relative_begin = constant(relative_begin);
   out.influences = constant(arena.copy(Span<const LeafInfluence>(influences)));
   out.influence_begin = constant(influence_begin);
   out.own = constant(own);
+}
+
+// Writes one leaf to a lane of a block, and its influences to that lane of the block's rounds.
+void write_lane(const Box& box, std::uint32_t link, std::uint16_t leaf, std::uint32_t lane, const SkinnedLeaves& skin,
+                LeafLanes& block, InfluenceLanes* rounds) {
+  block.leaf[lane] = leaf;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < 3; ++k) block.axis[k][c][lane] = box.axis[k][c];
+    block.center[c][lane] = box.center[c];
+    block.half[c][lane] = box.half[c];
+    block.own_center[c][lane] = skin.own[leaf].center[c];
+    block.own_half[c][lane] = skin.own[leaf].half[c];
+  }
+  const std::uint32_t begin = skin.influence_begin[leaf], count = skin.influence_begin[leaf + 1u] - begin;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    float values[sizeof(LeafInfluence) / sizeof(float)];
+    std::memcpy(values, &skin.influences[begin + i], sizeof(values));
+    for (std::size_t f = 1; f < std::size(values); ++f) rounds[i].value[f][lane] = values[f];
+    rounds[i].is_there[lane] = 1;
+    rounds[i].relative[lane] = skin.relative_begin[link] + skin.influences[begin + i].relative;
+  }
+}
+
+// Lists the leaves with influences as lanes.
+void list_lanes(const ArticulationDesc& desc, Span<const Box> boxes, Arena& arena, SkinnedLeaves& out) {
+  const auto count_of = [&out](std::uint16_t leaf) {
+    return out.influence_begin[leaf + 1u] - out.influence_begin[leaf];
+  };
+  std::vector<std::uint16_t> leaves;
+  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf)
+    if (count_of(static_cast<std::uint16_t>(leaf)) > 0) leaves.push_back(static_cast<std::uint16_t>(leaf));
+  std::stable_sort(leaves.begin(), leaves.end(),
+                   [&](std::uint16_t x, std::uint16_t y) { return count_of(x) > count_of(y); });
+  std::uint32_t round_count = 0;
+  for (std::size_t first = 0; first < leaves.size(); first += kLanes) round_count += count_of(leaves[first]);
+  const auto lanes = arena.allocate<LeafLanes>((leaves.size() + kLanes - 1) / kLanes);
+  const auto rounds = arena.allocate<InfluenceLanes>(round_count);
+  std::uint32_t next = 0;
+  for (std::size_t block = 0; block < lanes.size; ++block) {
+    lanes[block].first_round = next;
+    lanes[block].rounds = count_of(leaves[block * kLanes]);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const std::uint16_t leaf = leaves[std::min(block * kLanes + lane, leaves.size() - 1)];
+      write_lane(boxes[leaf], desc.leaves[leaf].link, leaf, lane, out, lanes[block], rounds.data + next);
+    }
+    next += lanes[block].rounds;
+  }
+  out.lanes = constant(lanes);
+  out.rounds = constant(rounds);
 }
 
 }  // namespace
@@ -393,6 +448,7 @@ Status fit_skin(const ArticulationDesc& desc, Arena& arena, Span<Box> boxes, Ski
     links.erase(std::unique(links.begin(), links.end()), links.end());
   }
   store(desc, fits, relatives, arena, out);
+  list_lanes(desc, boxes, arena, out);
   return Status::kOk;
 }
 

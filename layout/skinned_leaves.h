@@ -9,6 +9,8 @@
 // |y_k| <= 1, and 0 where the box is flat.
 #pragma once
 
+#include "layout/tile.h"
+
 #include <cab/types.h>
 
 namespace cab {
@@ -38,14 +40,33 @@ struct OwnVertices {
 // The most links that move a leaf besides its own.
 inline constexpr std::uint32_t kMaxInfluences = 32;
 
+// Sixteen leaves with influences as lanes, to grow the boxes of one instance. Those with most influences come first; the
+// last block repeats its last leaf. `rounds` is how many influences the first leaf has.
+struct alignas(64) LeafLanes {
+  float axis[3][3][kLanes], center[3][kLanes], half[3][kLanes];  // as in BoxTile
+  float own_center[3][kLanes], own_half[3][kLanes];              // OwnVertices
+  std::uint16_t leaf[kLanes];
+  std::uint32_t first_round, rounds;  // of SkinnedLeaves::rounds
+};
+
+// One influence of each leaf of a block.
+struct alignas(64) InfluenceLanes {
+  float value[sizeof(LeafInfluence) / sizeof(float)][kLanes];  // by place in LeafInfluence
+  float is_there[kLanes];                                      // 1, or 0 where a leaf has fewer
+  std::uint32_t relative[kLanes];                              // index in SkinnedLeaves::relatives
+};
+
 // What an articulation has of its skin.
 struct SkinnedLeaves {
   Span<const std::uint16_t> relatives;        // links that are looked at from another, by that one
+  Span<const std::uint16_t> relative_from;    // by relative: that other link
   Span<const std::uint32_t> relative_begin;   // by link, where its own begin; then the end
   std::uint32_t most_relatives = 0;           // of one link
   Span<const LeafInfluence> influences;       // by leaf
   Span<const std::uint32_t> influence_begin;  // by leaf; then the end
   Span<const OwnVertices> own;                // by leaf; not read of those without influences
+  Span<const LeafLanes> lanes;
+  Span<const InfluenceLanes> rounds;
 
   bool empty() const { return influences.empty(); }
 };

@@ -33,8 +33,9 @@ class ConvexTester {
   ConvexTester(const FrameContext& frame, ExactScratch& scratch, Touching touching, FrameStats& stats)
       : frame_(frame), scratch_(scratch), touching_(touching), stats_(stats), queues_(scratch, Test{frame, touching}) {}
 
-  // Queues all pairs of shapes of two leaves of a candidate. Two leaves with triangles are tested at once.
-  void add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
+  // Queues all pairs of shapes of two leaves of a candidate. Two leaves with triangles are tested at once: returns
+  // whether they touch.
+  bool add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
     if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
     const ExactLeaf at_a = exact_leaf(frame_, candidate.batch_a, candidate.instance_a, leaf_a),
                     at_b = exact_leaf(frame_, candidate.batch_b, candidate.instance_b, leaf_b);
@@ -42,12 +43,13 @@ class ConvexTester {
     queues_.asks = id;
     const bool by_triangles_a = has_triangles(at_a), by_triangles_b = has_triangles(at_b);
     if (by_triangles_a && by_triangles_b) {
-      if (surfaces_touch(frame_, at_a, at_b, margin, scratch_.skins, stats_)) touching_.set_touching(id);
-      return;
+      const bool touch = surfaces_touch(frame_, at_a, at_b, margin, scratch_.skins, stats_);
+      if (touch) touching_.set_touching(id);
+      return touch;
     }
     if (by_triangles_a || by_triangles_b) {
       add_triangles(by_triangles_a ? at_a : at_b, by_triangles_a ? at_b : at_a, margin, id);
-      return;
+      return false;
     }
     const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
     double shift[3];
@@ -55,9 +57,10 @@ class ConvexTester {
     const PartBalls balls(a, b, shift, margin);
     for (const ConvexShape& shape_a : a.shapes)
       for (const ConvexShape& shape_b : b.shapes) {
-        if (touching_.is_touching(id)) return;
+        if (touching_.is_touching(id)) return false;
         if (!balls.are_apart(shape_a, shape_b)) queues_.add(a, shape_a, b, shape_b, shift, margin);
       }
+    return false;
   }
 
   // Tests what is left in the queues.
@@ -178,14 +181,13 @@ void keep_touching(const FrameContext& frame, const Candidate* candidates, Fixed
   ConvexTester<FoundPairs> tester(frame, scratch, pairs, stats);
   const bool by_links = frame.policies.exact == Exact::kSurface;
   if (by_links) sort_by_links(frame, candidates, found);
-  std::uint32_t tested = 0, last = 0;
+  std::uint32_t tested = 0;
+  const LeafPair* touching = nullptr;  // the last one that was known to touch at once
   for (std::uint32_t i = 0; i < found.size; ++i) {
     const LeafPair& pair = found.data[i];
     const Candidate& candidate = candidates[pair.candidate];
-    if (by_links && tested > 0 && pairs.is_touching(last) && is_answered(frame, candidate, found.data[last], pair))
-      continue;
-    tester.add(candidate, pair.a, pair.b, i);
-    last = i;
+    if (touching && is_answered(frame, candidate, *touching, pair)) continue;
+    if (tester.add(candidate, pair.a, pair.b, i)) touching = &pair;
     ++tested;
   }
   tester.finish();

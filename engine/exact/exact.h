@@ -14,6 +14,7 @@ struct ExactLeaf {
   const FclShapes* fcl_shapes;        // of the batch's articulation, or of all its static bodies
   const ConvexShapes* convex_shapes;  // likewise
   const InstanceBatch* batch;
+  std::uint32_t batch_index;
   std::uint32_t instance;  // index in the batch
   std::uint32_t leaf;      // index in the articulation
   std::uint32_t shape;     // index of its shapes: the leaf, or of a static body the instance
@@ -26,6 +27,7 @@ inline ExactLeaf exact_leaf(const FrameContext& frame, std::uint32_t batch, std:
   return {stored.fcl_shapes,
           stored.convex_shapes,
           &stored.batch,
+          batch,
           instance,
           leaf,
           is_static(stored.batch) ? instance : leaf};

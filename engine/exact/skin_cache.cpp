@@ -10,14 +10,14 @@ constexpr std::size_t kLeastPlaces = 3, kMostPlaces = 1024;
 
 // A number between 0 and `count` - 1 for a leaf of an instance.
 std::size_t place_of(const ExactLeaf& leaf, std::size_t count) {
-  std::uint64_t hash = reinterpret_cast<std::uintptr_t>(leaf.batch) >> 6;
+  std::uint64_t hash = leaf.batch_index;
   hash = (hash * 0x9e3779b97f4a7c15u) ^ leaf.instance;
   hash = (hash * 0x9e3779b97f4a7c15u) ^ leaf.leaf;
   return static_cast<std::size_t>(((hash * 0x9e3779b97f4a7c15u) >> 32) * count >> 32);
 }
 
 bool has(const SkinCache::Key& key, const ExactLeaf& leaf) {
-  return key.batch == leaf.batch && key.instance == leaf.instance && key.leaf == leaf.leaf;
+  return key.batch == leaf.batch_index + 1 && key.instance == leaf.instance && key.leaf == leaf.leaf;
 }
 
 void skin(const FrameContext& frame, const ExactLeaf& leaf, SkinCache& cache, kernel::SkinnedLeaf& out) {
@@ -64,9 +64,9 @@ const kernel::SkinnedLeaf& skinned(const FrameContext& frame, const ExactLeaf& l
   if (&cache.leaves[place] == beside) place = last;
   SkinCache::Key& key = cache.keys[place];
   if (has(key, leaf)) return cache.leaves[place];
-  stats.leaves_replaced += key.batch != nullptr;
+  stats.leaves_replaced += key.batch != 0;
   ++stats.leaves_skinned;
-  key = {leaf.batch, leaf.instance, leaf.leaf};
+  key = {leaf.batch_index + 1, leaf.instance, leaf.leaf};
   skin(frame, leaf, cache, cache.leaves[place]);
   return cache.leaves[place];
 }

@@ -16,7 +16,7 @@ struct SkinNeeds {
 // Places of one size, each for a leaf.
 struct SkinCache {
   struct Key {
-    const InstanceBatch* batch;  // null: nothing is there
+    std::uint32_t batch;  // its index and 1; 0: nothing is there
     std::uint32_t instance, leaf;
   };
   Span<Key> keys;

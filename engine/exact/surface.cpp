@@ -13,6 +13,9 @@
 namespace cab {
 namespace {
 
+// Farther from each other than this, two origins are those of bodies that are apart: each is within kMaxCoordinate.
+constexpr double kMostShift = 4 * static_cast<double>(kMaxCoordinate);
+
 // A triangle in double, and how large numbers were on the way to its corners.
 struct PlacedTriangle {
   kernel::TriangleLanes<double> at;
@@ -116,6 +119,8 @@ void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, cons
   SurfaceTest test = {a,     b,   {}, static_cast<double>(margin), a.batch == b.batch && a.instance == b.instance,
                       taker, take};
   origin_difference(a, b, test.shift);
+  for (const double by : test.shift)
+    if (std::fabs(by) > kMostShift) return;
   const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, cache, stats),
                             &skin_b = skinned(frame, b, &skin_a, cache, stats);
   kernel::SurfacePair pair = {skin_a,
@@ -159,10 +164,11 @@ NearBox near_box(const StoredPose& at, const ConvexShape& shape, const double (&
   const double within =
       static_cast<double>(margin) + static_cast<double>(kSurfaceError) * (static_cast<double>(size) + away);
   const float margin_of_pair = rounded_up(within);
-  if (shape.kind == ConvexKind::kHalfSpace) {  // reaches anywhere, but not where the empty boxes of unused lanes are
-    constexpr float kMost = std::numeric_limits<float>::max();
-    return {{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}, margin_of_pair};
-  }
+  constexpr float kMost = std::numeric_limits<float>::max();
+  // A half space reaches anywhere, but not where the empty boxes of unused lanes are.
+  if (shape.kind == ConvexKind::kHalfSpace) return {{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}, margin_of_pair};
+  if (kernel::max_component(kernel::abs(by)) > kMostShift)
+    return {{kMost, kMost, kMost}, {kMost, kMost, kMost}, margin_of_pair};
   const double reach = within + pose.scale * static_cast<double>(shape.reach);
   return {{float_below(center.x - reach), float_below(center.y - reach), float_below(center.z - reach)},
           {float_above(center.x + reach), float_above(center.y + reach), float_above(center.z + reach)},

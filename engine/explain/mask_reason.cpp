@@ -120,16 +120,21 @@ class MaskSearch {
 
   // A leaf's box in its link's frame, with room for what other links do to its vertices.
   kernel::BoxLanes<float> local_box(std::uint32_t link, std::uint32_t leaf) const {
-    const auto local = kernel::spread_box<float>(leaf_box_of(batch_, instance_, leaf));
+    const Box& local = leaf_box_of(batch_, instance_, leaf);
+    kernel::BoxLanes<float> out = kernel::spread_box<float>(local);
     const SkinnedLeaves& skin = articulation_.skin;
-    if (skin.empty() || skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) return local;
+    if (skin.empty() || skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) return out;
     const std::uint32_t begin = skin.influence_begin[leaf];
     const kernel::RigidLanes<float> base = given_pose(link);
-    return kernel::grow_box<float>(local, {skin.influences.data + begin, skin.influence_begin[leaf + 1] - begin},
-                                   skin.own[leaf], [&](std::uint32_t relative) {
-                                     const std::uint32_t at = skin.relative_begin[link] + relative;
-                                     return kernel::relative_pose(base, given_pose(skin.relatives[at]));
-                                   });
+    const kernel::GrownLanes<float> grown =
+        kernel::grow_box<float>(local, {skin.influences.data + begin, skin.influence_begin[leaf + 1] - begin},
+                                skin.own[leaf], [&](std::uint32_t relative) {
+                                  const std::uint32_t at = skin.relative_begin[link] + relative;
+                                  return kernel::relative_pose(base, given_pose(skin.relatives[at]));
+                                });
+    out.center = grown.center;
+    out.half = grown.half;
+    return out;
   }
 
   bool find_out_of_range() {

@@ -110,7 +110,7 @@ class AllPairs {
     worker_.pairs.candidates.push(candidate);
   }
 
-  // Reports a candidate by its leaf pairs; with Exact::kConvex by those that touch.
+  // Reports a candidate by its leaf pairs; with Exact::kConvex and kSurface by those that touch.
   void report(const Candidate& candidate, Span<LeafPair> pairs) {
     worker_.stats.leaf_pairs += pairs.size;
     if (frame_.report == Report::kInContact) {

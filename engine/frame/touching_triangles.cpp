@@ -38,15 +38,21 @@ struct LeafTaker {
   }
 };
 
+// Whether the poses of all links that move the triangles of a leaf are valid.
+bool is_valid_leaf(const ExactLeaf& leaf) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
+  const SurfaceLeaf& of = surface.leaves[leaf.leaf];
+  const SurfaceBone* const bones = surface.bones.data + of.bone_begin;
+  return std::all_of(bones, bones + of.bone_count,
+                     [&leaf](const SurfaceBone& bone) { return is_valid_pose(*leaf.batch, leaf.instance, bone.link); });
+}
+
 void find_triangles(const FrameContext& frame, Span<const Hit> pairs, std::uint32_t index, ExactScratch& scratch,
                     TriangleSink& sink) {
   const Hit& pair = pairs[index];
-  if (!is_valid_pose(frame.batch(pair.batch_a.value - 1), pair.instance_a, pair.link_a) ||
-      !is_valid_pose(frame.batch(pair.batch_b.value - 1), pair.instance_b, pair.link_b))
-    return;
   FrameStats stats;
   for_each_leaf_pair(frame, pair, [&](const ExactLeaf& a, const ExactLeaf& b) {
-    if (!has_triangles(a) || !has_triangles(b)) return;
+    if (!has_triangles(a) || !has_triangles(b) || !is_valid_leaf(a) || !is_valid_leaf(b)) return;
     LeafTaker taker = {sink, {index, static_cast<std::uint16_t>(a.leaf), static_cast<std::uint16_t>(b.leaf), 0, 0}};
     find_touching_triangles(
         frame, a, b, 0, scratch.skins, stats, &taker,

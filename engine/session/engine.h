@@ -40,6 +40,8 @@ struct MemoryNeeds {
   std::size_t round_nodes = 0;  // of one tile of all sequences, if leaves of one are balls and capsules
   std::size_t joints = 0;       // of the articulation with most links
   std::size_t skin = 0;         // most skin_tiles of an articulation
+  std::size_t skin_rows = 0;    // likewise
+  std::size_t skin_leaves = 0;  // most leaves of an articulation with a skin
   std::size_t surface_bones = 0, surface_blocks = 0, surface_patches = 0;  // SurfaceLeaves::most_bones and so on
   std::size_t sequence_links = 0;                                          // of the sequence with most links
   std::size_t depth = 0;                // levels of the two deepest hierarchies together

@@ -22,6 +22,8 @@ struct Extremes {
   void add(const Articulation& articulation, MemoryNeeds& needs) {
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
     needs.skin = std::max(needs.skin, skin_tiles(articulation));
+    needs.skin_rows = std::max(needs.skin_rows, skin_rows(articulation));
+    if (has_skin(articulation)) needs.skin_leaves = std::max<std::size_t>(needs.skin_leaves, articulation.leaf_count);
     const SurfaceLeaves& surface = articulation.surface;
     needs.surface_bones = std::max<std::size_t>(needs.surface_bones, surface.most_bones);
     needs.surface_blocks = std::max<std::size_t>(needs.surface_blocks, surface.most_blocks);
@@ -69,14 +71,27 @@ MemoryNeeds needs_of(const Engine& engine) {
   return needs;
 }
 
-constexpr std::size_t MemoryNeeds::*kCounts[] = {
-    &MemoryNeeds::nodes,         &MemoryNeeds::round_nodes,         &MemoryNeeds::joints,
-    &MemoryNeeds::surface_bones, &MemoryNeeds::surface_blocks,      &MemoryNeeds::surface_patches,
-    &MemoryNeeds::skin,          &MemoryNeeds::sequence_links,      &MemoryNeeds::depth,
-    &MemoryNeeds::leaf_pairs,    &MemoryNeeds::character_instances, &MemoryNeeds::character_nodes,
-    &MemoryNeeds::leaf_tiles,    &MemoryNeeds::leaf_bounds_floats,  &MemoryNeeds::character_tiles,
-    &MemoryNeeds::batch_slots,   &MemoryNeeds::crowd_words,         &MemoryNeeds::hits,
-    &MemoryNeeds::queries};
+constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
+                                                 &MemoryNeeds::round_nodes,
+                                                 &MemoryNeeds::joints,
+                                                 &MemoryNeeds::skin_rows,
+                                                 &MemoryNeeds::skin_leaves,
+                                                 &MemoryNeeds::surface_bones,
+                                                 &MemoryNeeds::surface_blocks,
+                                                 &MemoryNeeds::surface_patches,
+                                                 &MemoryNeeds::skin,
+                                                 &MemoryNeeds::sequence_links,
+                                                 &MemoryNeeds::depth,
+                                                 &MemoryNeeds::leaf_pairs,
+                                                 &MemoryNeeds::character_instances,
+                                                 &MemoryNeeds::character_nodes,
+                                                 &MemoryNeeds::leaf_tiles,
+                                                 &MemoryNeeds::leaf_bounds_floats,
+                                                 &MemoryNeeds::character_tiles,
+                                                 &MemoryNeeds::batch_slots,
+                                                 &MemoryNeeds::crowd_words,
+                                                 &MemoryNeeds::hits,
+                                                 &MemoryNeeds::queries};
 
 // The larger of each pair of counts.
 MemoryNeeds larger(const MemoryNeeds& x, const MemoryNeeds& y) {
@@ -124,6 +139,8 @@ void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
   pose.joints = arena.allocate<PointTile>(needs.joints);
   pose.motions = arena.allocate<MotionTile>(needs.joints);
   pose.skin = arena.allocate<MotionTile>(needs.skin);
+  pose.skin_rows = arena.allocate<float>(kernel::kRowFloats, needs.skin_rows);
+  pose.grown = arena.allocate<kernel::GrownTile>(needs.skin_leaves);
   pose.last_motions = arena.allocate<MotionTile>(needs.joints);
   worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
   size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, arena, worker.exact.skins);

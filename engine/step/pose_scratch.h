@@ -1,6 +1,7 @@
 // What a worker needs to pose and refit one tile.
 #pragma once
 
+#include "kernels/grow_leaves.h"
 #include "kernels/pose_between.h"
 #include "layout/round_leaf.h"
 #include "layout/tile.h"
@@ -20,6 +21,8 @@ struct PoseScratch {
   Span<MotionTile> motions;       // by link: the poses of that tile, for Refit::kAabbVertices and sweep_margins
   Span<MotionTile> last_motions;  // by link: the poses of a tile in the frame before, for sweep_margins
   Span<MotionTile> skin;          // PoseTile::skin
+  Span<float> skin_rows;          // PoseTile::skin_rows
+  Span<kernel::GrownTile> grown;  // PoseTile::grown
 };
 
 }  // namespace cab

@@ -44,6 +44,8 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Pos
   pose.flags = flags;
   if (batch.by_states) pose.links = scratch.links.data;
   pose.skin = scratch.skin.data;
+  pose.skin_rows = scratch.skin_rows.data;
+  pose.grown = scratch.grown.data;
   const bool of_links = batch.active != batch.articulation;
   if (of_links) pose.range = kLinkRange * kMaxCoordinate;
   if (of_links || is_reach_lod(*batch.articulation)) pose.pads = kLinkPads;
@@ -122,6 +124,7 @@ kernel::PoseTile instances_to_pose(const InstanceBatch& batch, const TileInstanc
   pose.articulation = &posed_articulation(*batch.active);
   pose.coding = coding_of(batch);
   pose.link_stride = batch.link_stride / sizeof(float);
+  pose.count = instances.count;
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
     const std::uint32_t instance = instance_in_lane(instances, lane);
     pose.poses[lane] = pose_of(batch, instance);

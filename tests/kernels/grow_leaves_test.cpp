@@ -109,6 +109,31 @@ TEST_CASE("boxes of a skin hold its vertices however its links stand, with the s
   CHECK(10 * tight >= grown);
 }
 
+TEST_CASE("few instances have the same boxes as in a full tile, on every instruction set") {
+  Random random(kSeed + 7);
+  std::size_t compared = 0;
+  const std::uint64_t count = rounds(300);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const SkinRig rig = random_skin(random, static_cast<SkinRegime>(round % oracle::kSkinRegimeCount));
+    const BuiltSkin built(rig);
+    const Poses poses = random_skin_poses(random, rig, kLanes, kFormats[round % 3], 3, 0.3, 5);
+    for (const kernel::KernelTable* table : available_kernels()) {
+      const PosedSkin full = pose_skin(*table, built.articulation, poses);
+      for (const std::uint32_t few : {1u, 2u, 3u, 4u}) {
+        const PosedSkin part = pose_skin(*table, built.articulation, poses, {}, few);
+        for (std::size_t leaf = 0; leaf < rig.leaves.size(); ++leaf)
+          for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+            const auto box = oracle::get(part.leaves[leaf], lane),
+                       same = oracle::get(full.leaves[leaf], std::min(lane, few - 1));
+            REQUIRE(same_bits(box, same));
+            ++compared;
+          }
+      }
+    }
+  }
+  CHECK(compared >= least_count(10000, 300));
+}
+
 TEST_CASE("boxes of a bent limb are little larger than those about its skinned vertices") {
   Random random(kSeed + 1);
   oracle::Real area = 0, true_area = 0;

@@ -331,15 +331,15 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
                                               Span<Contact> contacts) noexcept;
 
 // Writes the triangles of skins (Leaf::triangles) that touch, of each two links of `pairs`, such as the hits of a frame
-// with Exact::kSurface. Of each Hit only batches, instances and links are read. The two links must differ, and may be of
-// one instance, whose triangles with a vertex in common do not count. Leaves without triangles, and links whose pose is
-// not finite or not rigid, have none. `out` is sorted by its members in their order; *found, which must not be null,
-// receives how many there are. inputs holds the poses of all batches that are named; layers, flags and in_contact have
-// no effect.
-// Cost: skins the leaves of all links, and tests triangles whose bounds overlap, on all threads; allocates nothing. Bits
-// do not depend on instruction set, threads or other pairs.
-// Statuses: kBusy, the input statuses, kBadPairs, kBadOutput, kHitsOverflow (`out` is too small: *found is the size that
-// a second call needs, and the contents of `out` are unspecified), kOutOfMemory (TBB had no memory for its tasks).
+// with Exact::kSurface. Of each Hit only batches, instances and links are read. The two links must differ, and may be
+// of one instance, whose triangles with a vertex in common do not count. Leaves without triangles have none, and those
+// that a link moves whose pose is not finite or not rigid. `out` is sorted by its members in their order; *found, which
+// must not be null, receives how many there are. inputs holds the poses of all batches that are named; layers, flags
+// and in_contact have no effect.
+// Cost: skins the leaves of all links, and tests triangles whose bounds overlap, on all threads; allocates nothing.
+// Bits do not depend on instruction set, threads or other pairs.
+// Statuses: kBusy, the input statuses, kBadPairs, kBadOutput, kHitsOverflow (`out` is too small: *found is the size
+// that a second call needs, and the contents of `out` are unspecified), kOutOfMemory (TBB had no memory for its tasks).
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status find_touching_triangles(Engine& engine, Span<const BatchInput> inputs,
                                                      Span<const Hit> pairs, Span<TouchingTriangles> out,

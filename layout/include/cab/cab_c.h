@@ -1901,10 +1901,10 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 
 // Writes the triangles of skins (cab_Leaf.triangles) that touch, of each two links of `pairs`, such as the hits of a
 // frame with CAB_EXACT_SURFACE. Of each Hit only batches, instances and links are read. The two links must differ, and
-// may be of one instance, whose triangles with a vertex in common do not count. Leaves without triangles, and links
-// whose pose is not finite or not rigid, have none. `out` is sorted by its members in their order; *found, which must
-// not be null, receives how many there are. inputs holds the poses of all batches that are named; layers, flags and
-// in_contact have no effect.
+// may be of one instance, whose triangles with a vertex in common do not count. Leaves without triangles have none, and
+// those that a link moves whose pose is not finite or not rigid. `out` is sorted by its members in their order; *found,
+// which must not be null, receives how many there are. inputs holds the poses of all batches that are named; layers,
+// flags and in_contact have no effect.
 // Cost: skins the leaves of all links, and tests triangles whose bounds overlap, on all threads; allocates nothing.
 // Bits do not depend on instruction set, threads or other pairs.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT, CAB_STATUS_HITS_OVERFLOW
