@@ -20,8 +20,8 @@ using oracle::Real;
 constexpr std::size_t kMostJudged = 32;
 
 // layout/include/cab/types.h: by how much a depth is above the least one at most, in parts of the size (the worst of
-// 1 880 000 is 4.2e-7). The centres of hulls are kept in float, so the direction is that of hulls that are off by 2^-24
-// of how far they are from the origins of their links; three flat hulls of 1e-5, 0.1 away, were above 1e-6 by that.
+// 4 000 000 is 4.2e-7). The centres of hulls are kept in float, so the direction is that of hulls that are off by 2^-24
+// of how far they are from the origins of their links; six flat hulls of 1e-5, 0.1 away, were above 1e-6 by that.
 constexpr Real kAboveLeast = 1e-6L, kCentre = 0x1p-23L;
 
 // What rounding leaves, in parts of the lengths that went into a pair.
