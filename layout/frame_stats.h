@@ -1,6 +1,7 @@
-// The sum of what frames, or the workers of one frame, counted.
+// The sum of what frames or calls of queries, or the workers of one, counted.
 #pragma once
 
+#include <cab/query.h>
 #include <cab/types.h>
 
 namespace cab {
@@ -30,6 +31,20 @@ inline void add_stats(FrameStats& sum, const FrameStats& part) {
   sum.seconds_sort += part.seconds_sort;
   sum.seconds_filter += part.seconds_filter;
   sum.seconds_write += part.seconds_write;
+}
+
+inline void add_stats(QueryStats& sum, const QueryStats& part) {
+  sum.nodes += part.nodes;
+  sum.instances += part.instances;
+  sum.leaf_tests += part.leaf_tests;
+  sum.exact_tests += part.exact_tests;
+  sum.instances_posed += part.instances_posed;
+  sum.instances_masked += part.instances_masked;
+  sum.clamped += part.clamped;
+  sum.seconds_bound += part.seconds_bound;
+  sum.seconds_index += part.seconds_index;
+  sum.seconds_search += part.seconds_search;
+  sum.seconds_total += part.seconds_total;
 }
 
 }  // namespace cab

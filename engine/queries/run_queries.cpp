@@ -14,6 +14,7 @@
 #include "engine/step/timed.h"
 #include "engine/step/update.h"
 #include "kernels/float_mode.h"
+#include "layout/frame_stats.h"
 
 #include <algorithm>
 #include <exception>
@@ -568,19 +569,6 @@ void run_chunks(const FrameContext& frame, const QueryIndex& index, Reader& read
     most = std::clamp(count * most_hits / hits, least, std::min(2 * most, memory.queries));
     first += count;
   }
-}
-
-void add_stats(QueryStats& sum, const QueryStats& of) {
-  sum.nodes += of.nodes;
-  sum.instances += of.instances;
-  sum.leaf_tests += of.leaf_tests;
-  sum.exact_tests += of.exact_tests;
-  sum.instances_posed += of.instances_posed;
-  sum.instances_masked += of.instances_masked;
-  sum.clamped += of.clamped;
-  sum.seconds_bound += of.seconds_bound;
-  sum.seconds_index += of.seconds_index;
-  sum.seconds_search += of.seconds_search;
 }
 
 }  // namespace

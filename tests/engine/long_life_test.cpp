@@ -2,6 +2,7 @@
 #include "engine/session/engine.h"
 #include "perf/harness/random_world.h"
 #include "perf/harness/world.h"
+#include "tests/engine/counted_memory.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>
@@ -15,24 +16,6 @@ namespace {
 using namespace cab::oracle;
 
 constexpr std::uint32_t kCharacters = 200, kMostBatches = 8, kMostPerBatch = 60;
-
-struct Counted {
-  std::size_t bytes = 0, most = 0, calls = 0;
-  Allocator allocator() {
-    return {this,
-            [](void* user, std::size_t size, std::size_t alignment) -> void* {
-              auto& self = *static_cast<Counted*>(user);
-              self.bytes += size;
-              self.most = std::max(self.most, self.bytes);
-              ++self.calls;
-              return ::operator new(size, std::align_val_t(alignment));
-            },
-            [](void* user, void* memory, std::size_t size, std::size_t alignment) {
-              static_cast<Counted*>(user)->bytes -= size;
-              ::operator delete(memory, std::align_val_t(alignment));
-            }};
-  }
-};
 
 struct Living {
   BatchId id;
@@ -175,7 +158,7 @@ class Game {
   }
 
   Random random_{17};
-  Counted memory_;
+  CountedMemory memory_;
   Allocator allocator_;
   EnginePtr engine_;
   std::vector<Rig> rigs_;

@@ -4,7 +4,7 @@
 #include "engine/frame/all_pairs.h"
 #include "kernels/descend_tiles.h"
 #include "perf/harness/random_world.h"
-#include "tests/rounds.h"
+#include "tests/seeds.h"
 
 #include <doctest/doctest.h>
 
@@ -25,20 +25,6 @@ constexpr double kInvented = 1e-4;
 // Two placements of a world differ only by the rounding of poses: a product of two float quaternions is off by less
 // than 8 u. Boxes that touch in one placement are apart in the other once they are made narrower by this.
 constexpr double kReplaced = 1e-6;
-
-// Tries a property on the worlds of seeds 1 to count, or on those that the environment chooses. Returns whether all of
-// seeds 1 to count were tried, so that the caller can check totals.
-template <class Property>
-bool for_seeds(std::uint64_t count, Property&& property) {
-  const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);
-  const std::uint64_t first = alone ? alone : 1, last = alone ? alone : rounds(count);
-  for (std::uint64_t seed = first; seed <= last; ++seed) {
-    INFO("replay with CAB_TEST_SEED=", seed);
-    Random random(seed);
-    property(random);
-  }
-  return alone == 0 && last >= count;
-}
 
 // Every combination of the values of policy_table().
 std::vector<Policies> all_policies() {

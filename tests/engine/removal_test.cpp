@@ -2,6 +2,7 @@
 #include "engine/session/engine.h"
 #include "perf/harness/random_world.h"
 #include "perf/harness/world.h"
+#include "tests/engine/counted_memory.h"
 #include "tests/rounds.h"
 
 #include <doctest/doctest.h>
@@ -12,24 +13,6 @@ namespace cab::tests {
 namespace {
 
 using namespace cab::oracle;
-
-// An allocator that counts its bytes and calls.
-struct Counted {
-  std::size_t bytes = 0, calls = 0;
-  Allocator allocator() {
-    return {this,
-            [](void* user, std::size_t size, std::size_t alignment) -> void* {
-              auto& self = *static_cast<Counted*>(user);
-              self.bytes += size;
-              ++self.calls;
-              return ::operator new(size, std::align_val_t(alignment));
-            },
-            [](void* user, void* memory, std::size_t size, std::size_t alignment) {
-              static_cast<Counted*>(user)->bytes -= size;
-              ::operator delete(memory, std::align_val_t(alignment));
-            }};
-  }
-};
 
 // A batch that lives in an engine, and its articulation.
 struct Living {
@@ -91,7 +74,7 @@ std::vector<Hit> fresh_hits(const std::map<std::uint32_t, Living>& living, const
 
 TEST_CASE("batches that come and go have the hits of a fresh engine, and memory does not grow with their number") {
   Random random(1);
-  Counted counted;
+  CountedMemory counted;
   const Allocator allocator = counted.allocator();
   EngineDesc desc;
   desc.allocator = &allocator;
@@ -190,7 +173,7 @@ TEST_CASE("an id that is stale, of another engine, or of nothing is refused by e
 
 TEST_CASE("after reserve, adding batches within it makes no new memory of workers") {
   Random random(3);
-  Counted counted;
+  CountedMemory counted;
   const Allocator allocator = counted.allocator();
   EngineDesc desc;
   desc.allocator = &allocator;

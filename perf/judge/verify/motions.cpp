@@ -24,8 +24,8 @@ struct Method {
 constexpr Method kMethods[] = {
     {"any, 1e-2", 1e-2, false}, {"any, 1e-3", 1e-3, false}, {"first, 1e-2", 1e-2, true}, {"first, 1e-3", 1e-3, true}};
 
-// Within how many resolutions links are where they are too close or may touch (docs/proof.md, 17.2). The largest of 9100
-// rounds is 1.02.
+// Within how many resolutions links are where they are too close or may touch (docs/proof.md, 17.2). The largest of
+// 9100 rounds is 1.02.
 constexpr long double kNear = 1.54L;
 
 // Motions of a robot, among what stands around it.

@@ -65,6 +65,10 @@ Command add_peers(CLI::App& app) {
                " and how often they differ from the triangles of its meshes")
           ->type_name("FILE");
   add_srdf(command, o.robot.srdf_path)->needs(robot);
+  add_path(command, "--also", o.also,
+           "with --robot: a file of the same robot with other shapes, such as balls, which cab tests too")
+      ->type_name("FILE")
+      ->needs(robot);
   add_packages(command, o.robot.import)->needs(robot);
   add_number(command, "--states", o.robot.random_count, "with --robot: random states (default 100000)", 1, 100000000)
       ->needs(robot);

@@ -23,6 +23,7 @@ struct PeersOptions {
   bool past = false;            // shots at past moments instead of crowds
   std::uint32_t rays = 100000;  // a tenth as many spheres and points
   RobotCommandOptions robot;    // with a file: states of this robot instead of crowds
+  std::string also;             // a file of the same robot with other shapes; empty: none
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: no file
   std::string csv_path;   // empty: no file

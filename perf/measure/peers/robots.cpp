@@ -10,6 +10,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <tuple>
@@ -115,13 +116,19 @@ struct RobotRow {
 
 class RobotRun {
  public:
-  RobotRun(const RobotCommandOptions& options, Isa isa, const scenes::Robot& robot, const RobotPairs& pairs)
+  // also: the same robot with other shapes, or null.
+  RobotRun(const RobotCommandOptions& options, Isa isa, const scenes::Robot& robot, const RobotPairs& pairs,
+           const scenes::Robot* also)
       : options_(options), robot_(robot), pairs_(pairs), judge_(robot, import_triangles(options.file, options.import)) {
-    const auto add_ours = [&](const std::string& name, const std::string& meaning, Isa on, Exact exact) {
-      const auto checker = std::make_shared<Checker>(robot, pairs, on, exact);
+    const auto add = [&](const std::string& name, const std::string& meaning, const scenes::Robot& of, Isa on,
+                         Exact exact) {
+      const auto checker = std::make_shared<Checker>(of, pairs, on, exact);
       rows_.push_back(
           {{name, meaning, [checker](auto states, auto touching) { checker->check(states, touching); }}, true});
       return checker;
+    };
+    const auto add_ours = [&](const std::string& name, const std::string& meaning, Isa on, Exact exact) {
+      return add(name, meaning, robot, on, exact);
     };
     boxes_ = add_ours("cab boxes", "boxes about shapes, exact = none", isa, Exact::kNone);
     shapes_ = add_ours("cab shapes", "hulls of meshes, and all other shapes, exact = convex", isa, Exact::kConvex);
@@ -132,6 +139,10 @@ class RobotRun {
     rows_.push_back({{"cab shapes, all pairs", "the same, and all pairs of links that touch", find}, true});
     if (shapes_->isa() != Isa::kScalar)
       add_ours("cab shapes, scalar", "cab shapes without SIMD", Isa::kScalar, Exact::kConvex);
+    if (also) {
+      add("cab also", std::to_string(also->body.leaves.size()) + " shapes of --also", *also, isa, Exact::kConvex);
+      rows_.back().ours = false;  // what such shapes miss is no fault of the engine's
+    }
 #ifdef CAB_WITH_MUJOCO
     try {
       for (RobotSetup& setup : mujoco_setups(robot, pairs)) rows_.push_back({std::move(setup), false});
@@ -265,16 +276,28 @@ class RobotRun {
   double judge_seconds_ = 0;
 };
 
+// The same robot in another file.
+scenes::Robot import_also(const std::string& file, const scenes::RobotOptions& import, const scenes::Robot& robot) {
+  scenes::Robot also = scenes::import_robot(file, import);
+  const auto same = [](const scenes::RobotVariable& a, const scenes::RobotVariable& b) { return a.name == b.name; };
+  if (also.body.link_names != robot.body.link_names || also.body.link_parents != robot.body.link_parents ||
+      !std::equal(also.variables.begin(), also.variables.end(), robot.variables.begin(), robot.variables.end(), same))
+    throw std::runtime_error(file + ": has other links or joints than the robot");
+  return also;
+}
+
 }  // namespace
 
 int robots_command(const PeersOptions& options) {
   const RobotCommandOptions& o = options.robot;
-  check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path});
+  check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path, options.also});
   OutputFile json(options.json_path);
   const scenes::Robot robot = scenes::import_robot(o.file, o.import);
   if (robot.variables.empty()) throw std::runtime_error("no joint of the robot moves: it has one state alone");
   const RobotPairs pairs = choose_pairs(o, robot);
-  RobotRun run(o, options.isa, robot, pairs);
+  std::optional<scenes::Robot> also;
+  if (!options.also.empty()) also = import_also(options.also, o.import, robot);
+  RobotRun run(o, options.isa, robot, pairs, also ? &*also : nullptr);
   run.print_head();
   run.run(options.rounds);
   write_json(json, run.print_table());

@@ -4,24 +4,12 @@
 #include <stdexcept>
 
 #include "layout/bit_hash.h"
+#include "layout/frame_stats.h"
 #include "perf/base/engine_call.h"
 #include "perf/base/report.h"
 
 namespace cab::perf {
 namespace {
-
-void add_stats(QueryStats& sum, const QueryStats& of) {
-  sum.nodes += of.nodes;
-  sum.instances += of.instances;
-  sum.leaf_tests += of.leaf_tests;
-  sum.exact_tests += of.exact_tests;
-  sum.instances_posed += of.instances_posed;
-  sum.instances_masked += of.instances_masked;
-  sum.seconds_bound += of.seconds_bound;
-  sum.seconds_index += of.seconds_index;
-  sum.seconds_search += of.seconds_search;
-  sum.seconds_total += of.seconds_total;
-}
 
 const QuerySource& source_of(const AskedQueries& asked, std::size_t query) {
   return *std::find_if(asked.sources.begin(), asked.sources.end(), [query](const QuerySource& source) {

@@ -9,7 +9,7 @@
 #include "perf/judge/oracle/random_queries.h"
 #include "tests/aligned_memory.h"
 #include "tests/engine/thread_pool.h"
-#include "tests/rounds.h"
+#include "tests/seeds.h"
 
 #include <doctest/doctest.h>
 
@@ -33,20 +33,6 @@ using namespace cab::oracle;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr Box kUnitBox = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}};
-
-// Tries a property on the worlds of seeds 1 to count, or on those that the environment chooses.
-template <class Property>
-void for_seeds(std::uint64_t count, Property&& property) {
-  const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);
-  const std::uint64_t first = alone ? alone : 1, last = alone ? alone : rounds(count);
-  for (std::uint64_t seed = first; seed <= last; ++seed) {
-    INFO("replay with CAB_TEST_SEED=", seed);
-    Random random(seed);
-    property(random);
-  }
-}
-
-bool runs_all_seeds() { return number_from_environment("CAB_TEST_SEED", 0) == 0; }
 
 // ------------------------------------------------------------------------------------------------ worlds and calls
 

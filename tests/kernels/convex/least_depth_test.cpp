@@ -70,37 +70,20 @@ TEST_CASE("bodies that stand on each other touch at points of both, by every ker
     Random random(900 + round);
     std::array<std::vector<float>, 2 * kLanes> vertices;
     std::vector<ConvexPart> parts;
-    std::uint32_t begin[2 * kLanes + 1] = {};
     float poses[2 * kLanes][7];
     for (std::uint32_t i = 0; i < 2 * kLanes; ++i) {
       vertices[i] = standing(random);
       parts.push_back({ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices[i]});
-      begin[i + 1] = i + 1;
       const auto side = [&] { return static_cast<float>(random.uniform(-0.5, 0.5)); };
       const float pose[7] = {0, 0, 0, 1, side(), side(), i % 2 ? 1 - 0x1p-4f : 0.0f};  // the upper one 1/16 deep
       std::copy_n(pose, 7, poses[i]);
     }
-    Articulation articulation;
-    articulation.leaf_count = 2 * kLanes;
-    articulation.parts = parts;
-    articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
-    Arena arena{default_allocator()};
-    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
-    kernel::ConvexBlock block;
-    block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
-    for (std::uint32_t i = 0; i < kLanes; ++i) {
-      block.a.shape[i] = &shapes.shapes[2 * i];
-      block.b.shape[i] = &shapes.shapes[2 * i + 1];
-      block.a.pose[i] = poses[2 * i];
-      block.b.pose[i] = poses[2 * i + 1];
-      block.a.orientation[i] = block.b.orientation[i] = nullptr;
-      for (auto& by : block.shift.by) by[i] = 0;
-      block.scale[i] = 0.25f;
-    }
+    ShapeBlock made(parts);
+    for (std::uint32_t i = 0; i < kLanes; ++i) made.pose(i, poses[2 * i], poses[2 * i + 1]);
     kernel::ConvexContacts found;
     for (const kernel::KernelTable* kernels : available_kernels()) {
       kernel::ConvexContacts other;
-      kernels->contact_pairs(block, other);
+      kernels->contact_pairs(made.block, other);
       if (kernels == available_kernels()[0]) found = other;
       CHECK(same_bits(found, other));
     }
@@ -130,28 +113,12 @@ TEST_CASE("vertices in two planes with edges across give a contact of edges") {
                            along_y = {0, -1, 0, 0, 1, 0, -1, -1, 1, -1, 1, 1, 1, -1, 1, 1, 1, 1};
   const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, along_x},
                                          {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, along_y}};
-  const std::uint32_t begin[] = {0, 1, 2};
-  Articulation articulation;
-  articulation.leaf_count = 2;
-  articulation.parts = parts;
-  articulation.leaf_part_begin = {begin, 3};
-  Arena arena{default_allocator()};
-  const ConvexShapes shapes = make_convex_shapes(articulation, arena);
   const float below[7] = {0, 0, 0, 1, 0, 0, 0}, above[7] = {0, 0, 0, 1, 0.25f, -0.5f, -0.125f};
-  kernel::ConvexBlock block;
-  block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
-  for (std::uint32_t i = 0; i < kLanes; ++i) {
-    block.a.shape[i] = &shapes.shapes[0];
-    block.b.shape[i] = &shapes.shapes[1];
-    block.a.pose[i] = below;
-    block.b.pose[i] = above;
-    block.a.orientation[i] = block.b.orientation[i] = nullptr;
-    for (auto& by : block.shift.by) by[i] = 0;
-    block.scale[i] = 0.25f;
-  }
+  ShapeBlock made(parts);
+  for (std::uint32_t i = 0; i < kLanes; ++i) made.pose(i, below, above);
   for (const kernel::KernelTable* kernels : available_kernels()) {
     kernel::ConvexContacts found;
-    kernels->contact_pairs(block, found);
+    kernels->contact_pairs(made.block, found);
     CHECK(found.depth[0] == 0.125);
     CHECK(found.normal[2][0] == 1);
     const double right_a[3] = {0.25, 0, 0}, right_b[3] = {0.25, 0, -0.125};
@@ -186,8 +153,6 @@ TEST_CASE("the depth of hulls of many vertices, and of a capsule in one, is the 
   for (const bool with_capsule : {false, true}) {
     RandomBlock made(random, ConvexRegime::kConcentric, ShapeKind::kConvexHull,
                      with_capsule ? ShapeKind::kCapsule : ShapeKind::kConvexHull);
-    std::vector<ConvexPart> parts;
-    std::uint32_t begin[2 * kLanes + 1] = {};
     for (ConvexCase& one : made.cases) {
       for (oracle::PosedPart* posed : {&one.a, &one.b}) {
         if (posed->part.kind == ShapeKind::kConvexHull) {
@@ -206,30 +171,16 @@ TEST_CASE("the depth of hulls of many vertices, and of a capsule in one, is the 
         for (std::size_t c = 0; c < 3; ++c) posed->pose[4 + c] = static_cast<float>(random.uniform(-0.4, 0.4));
       }
       for (double& by : one.shift) by = 0;
-      bind_vertices(one);
-      for (const oracle::PosedPart* posed : {&one.a, &one.b}) {
-        parts.push_back(posed->part);
-        begin[parts.size()] = static_cast<std::uint32_t>(parts.size());
-      }
     }
-    Articulation articulation;
-    articulation.leaf_count = 2 * kLanes;
-    articulation.parts = parts;
-    articulation.leaf_part_begin = {begin, 2 * kLanes + 1};
-    Arena arena{default_allocator()};
-    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
-    kernel::ConvexBlock block = made.block;
+    ShapeBlock large(perf::parts_of(made.cases));
     for (std::uint32_t i = 0; i < kLanes; ++i) {
-      block.a.shape[i] = &shapes.shapes[2 * i];
-      block.b.shape[i] = &shapes.shapes[2 * i + 1];
-      REQUIRE(block.a.shape[i]->polytope);
-      for (auto& by : block.shift.by) by[i] = 0;
-      block.scale[i] = 0.25f;
+      large.pose(i, made.cases[i].a.pose, made.cases[i].b.pose);
+      REQUIRE(large.block.a.shape[i]->polytope);
     }
     kernel::ConvexContacts found;
     for (const kernel::KernelTable* kernels : available_kernels()) {
       kernel::ConvexContacts other;
-      kernels->contact_pairs(block, other);
+      kernels->contact_pairs(large.block, other);
       if (kernels == available_kernels()[0]) found = other;
       CHECK(same_bits(found, other));
     }
@@ -259,16 +210,8 @@ TEST_CASE("tilted stacks of prisms with many sides have least depths, and points
     }
     const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices},
                                            {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices}};
-    const std::uint32_t begin[] = {0, 1, 2};
-    Articulation articulation;
-    articulation.leaf_count = 2;
-    articulation.parts = parts;
-    articulation.leaf_part_begin = {begin, 3};
-    Arena arena{default_allocator()};
-    const ConvexShapes shapes = make_convex_shapes(articulation, arena);
+    ShapeBlock made(parts);
     float poses[2][kLanes][7];
-    kernel::ConvexBlock block;
-    block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
     for (std::uint32_t i = 0; i < kLanes; ++i) {
       const double tilt = random.log_uniform(1e-8, 1e-3), turn = i % 2 ? random.uniform(0, 3) : 0;
       const double q[4] = {tilt * random.normal(), tilt * random.normal(), std::sin(turn / 2), std::cos(turn / 2)};
@@ -277,18 +220,12 @@ TEST_CASE("tilted stacks of prisms with many sides have least depths, and points
         poses[0][i][c] = c == 3 ? 1.0f : 0.0f;
         poses[1][i][c] = static_cast<float>(c < 4 ? q[c] / length : c < 6 ? random.uniform(-1.3, 1.3) : 0.99);
       }
-      block.a.shape[i] = &shapes.shapes[0];
-      block.b.shape[i] = &shapes.shapes[1];
-      block.a.pose[i] = poses[0][i];
-      block.b.pose[i] = poses[1][i];
-      block.a.orientation[i] = block.b.orientation[i] = nullptr;
-      for (auto& by : block.shift.by) by[i] = 0;
-      block.scale[i] = 0.25f;
+      made.pose(i, poses[0][i], poses[1][i]);
     }
     kernel::ConvexContacts found;
     for (const kernel::KernelTable* kernels : available_kernels()) {
       kernel::ConvexContacts other;
-      kernels->contact_pairs(block, other);
+      kernels->contact_pairs(made.block, other);
       if (kernels == available_kernels()[0]) found = other;
       CHECK(same_bits(found, other));
     }
@@ -318,28 +255,12 @@ TEST_CASE("tiny hulls that are far from each other have the gap between them") {
   const std::vector<float> vertices = {0, 0, 0, 1e-30f, 0, 0, 0, 1e-30f, 0, 0, 0, 1e-30f};
   const std::vector<ConvexPart> parts = {{ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices},
                                          {ShapeKind::kConvexHull, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, vertices}};
-  const std::uint32_t begin[] = {0, 1, 2};
-  Articulation articulation;
-  articulation.leaf_count = 2;
-  articulation.parts = parts;
-  articulation.leaf_part_begin = {begin, 3};
-  Arena arena{default_allocator()};
-  const ConvexShapes shapes = make_convex_shapes(articulation, arena);
   const float here[7] = {0, 0, 0, 1, 0, 0, 0}, there[7] = {0, 0, 0, 1, 1e10f, 0, 0};
-  kernel::ConvexBlock block;
-  block.a.coding = block.b.coding = {PoseFormat::kQuaternionTranslation, Scaling::kNone};
-  for (std::uint32_t i = 0; i < kLanes; ++i) {
-    block.a.shape[i] = &shapes.shapes[0];
-    block.b.shape[i] = &shapes.shapes[1];
-    block.a.pose[i] = here;
-    block.b.pose[i] = there;
-    block.a.orientation[i] = block.b.orientation[i] = nullptr;
-    for (auto& by : block.shift.by) by[i] = 0;
-    block.scale[i] = 0x1p98f;
-  }
+  ShapeBlock made(parts);
+  for (std::uint32_t i = 0; i < kLanes; ++i) made.pose(i, here, there);
   for (const kernel::KernelTable* kernels : available_kernels()) {
     kernel::ConvexContacts found;
-    kernels->contact_pairs(block, found);
+    kernels->contact_pairs(made.block, found);
     CHECK(found.depth[0] == doctest::Approx(-1e10));
     CHECK(found.normal[0][0] == doctest::Approx(1));
   }

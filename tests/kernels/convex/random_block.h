@@ -9,5 +9,6 @@ using oracle::ConvexCase;
 using oracle::ConvexRegime;
 using oracle::Random;
 using perf::RandomBlock;
+using perf::ShapeBlock;
 
 }  // namespace cab::tests

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "perf/measure/crowd/hit_file.h"
-#include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
+#include "tests/perf/measure/crowd/sources.h"
 
 namespace cab::tests {
 namespace {
@@ -47,22 +47,6 @@ Json figures(const Outcome& outcome, const std::string& path) {
   REQUIRE(outcome.exit_code == 0);
   return Json::parse(read_text(path));
 }
-
-// Two clips and ten people who walk side by side.
-struct Sources {
-  TemporaryFolder folder;
-  std::string anna = folder / "anna.bvh", bert = folder / "bert.bvh", ways = folder / "ways.txt";
-  Sources() {
-    write_text(anna, bvh_text({40, 0, 0, .03}));
-    write_text(bert, bvh_text({30, 7, 0, .03}));
-    std::string text = "# framerate: 25 fps\n";
-    for (int person = 0; person < 10; ++person)
-      for (int frame = 0; frame < 100; ++frame)
-        text += std::to_string(person) + ' ' + std::to_string(frame) + ' ' + std::to_string(.04 * frame) + ' ' +
-                std::to_string(.6 * person) + " 1.7\n";
-    write_text(ways, text);
-  }
-};
 
 // The run that faults break off: enough frames that a rank is killed in the middle of it.
 constexpr int kRanks = 3;

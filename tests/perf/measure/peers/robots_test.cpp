@@ -112,6 +112,31 @@ TEST_CASE("cab peers --robot counts as false positives the states in which hulls
   }
 }
 
+TEST_CASE("cab peers --robot --also counts what other shapes of the same robot miss and invent, and refuses another") {
+  const GapRobot gap("<mesh filename='plate.obj'/>"), thin("<box size='.1 4 4'/>"), thick("<box size='.9 4 4'/>");
+  const Words robot = {"--robot", gap.file, "--srdf", gap.folder / "all.srdf", "--also"};
+  const auto run_with = [&](const std::string& also) {
+    Words words = robot;
+    words.push_back(also);
+    const Json json = run(gap.folder, words);
+    for (const Json& row : json["runs"])
+      if (row["setup"] == "cab also") return row;
+    return Json();
+  };
+  const Json less = run_with(thin.file), more = run_with(thick.file);
+  CHECK(less["misses"] > 50);
+  CHECK(more["misses"] == 0);
+  CHECK(more["false_positives"] > less["false_positives"]);
+  std::string other = read_text(gap.file);
+  for (std::size_t at = 0; (at = other.find("half", at)) != std::string::npos;) other.replace(at, 4, "part");
+  write_text(gap.folder / "other.urdf", other);
+  Words words = robot;
+  words.push_back(gap.folder / "other.urdf");
+  const Outcome outcome = run_command("peers", words);
+  CHECK(outcome.exit_code == 1);
+  CHECK(outcome.error.find("other.urdf: has other links or joints than the robot") != std::string::npos);
+}
+
 TEST_CASE("cab peers --robot gives MuJoCo the same ball joints, hinges off zero, shapes and masks") {
   if (!scenes::reads_mjcf()) {
     MESSAGE("skipped: libmujoco is not built in");
