@@ -35,7 +35,14 @@ class CheckedSkin {
 
   std::size_t joint_count() const { return skin_->joint_parents.size; }
   std::size_t pose_count() const { return skin_->poses.size / (16 * joint_count()); }
+  std::uint32_t bone_count() const { return static_cast<std::uint32_t>(inverse_bind_.size()); }
   std::uint32_t joint_of(std::uint32_t bone) const;
+  const Affine& inverse_bind(std::uint32_t bone) const { return inverse_bind_[bone]; }
+
+  std::size_t vertex_count() const { return influences_.size(); }
+
+  // A vertex in the space of its mesh.
+  Vec3 vertex(std::uint32_t v) const;
 
   // The bones that move a vertex; their weights add up to 1. Empty for a vertex without weight.
   const std::vector<Influence>& influences(std::uint32_t v) const { return influences_[v]; }
@@ -48,8 +55,6 @@ class CheckedSkin {
   std::vector<Vec3> vertices(const std::vector<Affine>& joints) const;
 
  private:
-  Vec3 vertex(std::uint32_t v) const;
-
   const rig::Skin* skin_ = nullptr;
   std::vector<Affine> inverse_bind_;
   std::vector<std::vector<Influence>> influences_;
@@ -99,6 +104,18 @@ std::array<Vec3, 7> samples(const std::array<Vec3, 3>& corners);
 
 namespace cab::rig {
 
+// What ArticulationDesc::skin and the triangles of leaves point to.
+struct SurfaceStorage {
+  std::vector<float> vertices;
+  std::uint32_t influence_count = 0;
+  std::vector<std::uint32_t> influence_links;
+  std::vector<float> influence_weights;
+  std::vector<float> inverse_bind;
+  std::vector<std::uint32_t> triangles;
+
+  SkinDesc desc() const { return {vertices, influence_count, influence_links, influence_weights, inverse_bind}; }
+};
+
 struct SkinBodyStorage {
   std::size_t joint_count = 0;
   std::vector<std::int32_t> link_parents;
@@ -108,6 +125,7 @@ struct SkinBodyStorage {
   std::vector<std::uint32_t> owners;      // the link with most of the weight of each triangle
   std::vector<ConvexPart> parts;          // one per leaf, those of boxes unused
   std::vector<Leaf> leaves;
+  SurfaceStorage surface;  // empty if bodies are solids
 };
 
 struct SkinBodiesAccess {

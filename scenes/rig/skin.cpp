@@ -229,11 +229,15 @@ const char* to_string(SkinStatus status) noexcept {
       return "influences must be existing bones with finite weights of 0 or more, influence_count per vertex";
     case SkinStatus::kBadRules: return "a rule is out of its range";
     case SkinStatus::kBadOutput: return "an output is null or of the wrong size";
-    case SkinStatus::kBadBodies: return "bodies are empty, or were made for another number of joints";
-    case SkinStatus::kNoBodies: return "no vertex has a weight";
+    case SkinStatus::kBadBodies: return "bodies are empty, are no solids, or were made for another number of joints";
+    case SkinStatus::kNoBodies: return "no vertex has a weight, or no triangle of a surface has an area";
     case SkinStatus::kTooManyLinks: return "more than 1024 links; a coarser skeleton has fewer";
     case SkinStatus::kTooManyLeaves:
       return "more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer";
+    case SkinStatus::kNoInverse: return "the matrix of a bone in the first pose has no inverse";
+    case SkinStatus::kBindsDiffer:
+      return "two bones of one joint have other matrices than moving the vertices of one of them makes up for";
+    case SkinStatus::kTooManyInfluences: return "a triangle is moved by more than 33 joints";
   }
   return "unknown";
 }
@@ -248,7 +252,11 @@ SkinBodies& SkinBodies::operator=(SkinBodies&& other) noexcept {
 
 SkinBodies::~SkinBodies() { delete storage_; }
 
-ArticulationDesc SkinBodies::desc() const noexcept { return scenes::desc_of(storage_); }
+ArticulationDesc SkinBodies::desc() const noexcept {
+  ArticulationDesc desc = scenes::desc_of(storage_);
+  if (storage_ != nullptr && !storage_->surface.vertices.empty()) desc.skin = storage_->surface.desc();
+  return desc;
+}
 
 Span<const std::uint32_t> SkinBodies::joints() const noexcept {
   if (storage_ == nullptr) return {};

@@ -1,4 +1,5 @@
 // Bodies for an articulation from the skin of a character: vertices, weights and inverse bind matrices as plain arrays.
+// They are solids on links (bodies_from_skin), or the skin itself in leaves of triangles (surface_from_skin).
 //
 // The target cab::rig has these calls. They are for the time of loading: they allocate, and take milliseconds to
 // seconds. No call throws. All lengths are in one unit, that of the joints' matrices.
@@ -28,10 +29,13 @@ enum class SkinStatus : std::int32_t {
   kBadInfluences,  // influences must be existing bones with finite weights of 0 or more, influence_count per vertex
   kBadRules,       // a rule is out of its range
   kBadOutput,      // an output is null or of the wrong size
-  kBadBodies,      // bodies are empty, or were made for another number of joints
-  kNoBodies,       // no vertex has a weight
+  kBadBodies,      // bodies are empty, are no solids, or were made for another number of joints
+  kNoBodies,       // no vertex has a weight, or no triangle of a surface has an area
   kTooManyLinks,   // more than 1024 links; a coarser skeleton has fewer
   kTooManyLeaves,  // more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer
+  kNoInverse,      // the matrix of a bone in the first pose has no inverse
+  kBindsDiffer,    // two bones of one joint have other matrices than moving the vertices of one of them makes up for
+  kTooManyInfluences,  // a triangle is moved by more than 33 joints
 };
 
 // Returns a status in words. The string lives as long as the program.
@@ -135,8 +139,61 @@ class SkinBodies {
 
 // Makes links and leaves for a skin, and writes them to *out. A leaf contains the triangles of its link as they are in
 // the rest pose. Points in one plane make a flat box, whatever the kinds are.
-// Statuses: all of SkinStatus but kBadBodies.
+// Statuses: those of SkinStatus down to kTooManyLeaves, but for kBadBodies.
 [[nodiscard]] SkinStatus bodies_from_skin(const Skin& skin, const BodyRules& rules, SkinBodies* out) noexcept;
+
+// How a surface is cut into leaves.
+struct SurfaceRules {
+  // The most triangles of a leaf, 1 or more.
+  std::uint32_t most_triangles = 128;
+
+  // The most leaves, 1 to kMaxLeaves.
+  std::uint32_t max_leaves = kMaxLeaves;
+
+  // Leaves are halved while their boxes, which grow with the poses of links, have more than this many times the surface
+  // of boxes about the vertices where these are, over at most 64 of the skin's poses. A skin of one pose is bent by up
+  // to 40 degrees at each joint for that. A cut that does not bring the boxes closer is not made. At least 1; infinite:
+  // leaves are not cut for this reason.
+  float most_growth = 2;
+
+  // Leaves are not cut for that reason into leaves of fewer triangles than this, 1 or more.
+  std::uint32_t least_triangles = 16;
+};
+
+// What became of a surface.
+struct SurfaceInfo {
+  std::uint32_t triangle_count = 0;   // in leaves, each in one
+  std::uint32_t left_out_count = 0;   // triangles with two corners at one place, or with a corner without weight
+  std::uint32_t vertex_count = 0;     // of the triangles in leaves
+  std::uint32_t welded_count = 0;     // vertices of the skin that are one with another
+  std::uint32_t link_count = 0;       // links that have leaves
+  std::uint32_t most_triangles = 0;   // of a leaf
+  std::uint32_t most_influences = 0;  // links that move the vertices of a leaf, its own included; the most
+  std::uint32_t part_count = 0;       // connected parts
+  std::uint32_t open_part_count = 0;  // of these, those with open edges, which have no inside
+  std::uint32_t open_edge_count = 0;  // edges that an odd number of triangles have
+  double growth =
+      0;  // the surface of all boxes over that of boxes about their vertices, over the poses of SurfaceRules
+  double worst_distance = 0;     // the largest of a vertex from where Skin moves it, over all poses
+  std::uint32_t worst_pose = 0;  // the pose of that vertex
+};
+
+// Makes links for a skin, and leaves of its triangles, which follow it in every pose, and writes them to *out. Vertices
+// of equal place and weights become one. Triangles that then have two equal corners are left out, and so are vertices
+// and triangles without weight. Every joint that moves triangles has a link. A leaf is on the link with most of the
+// weight of its triangles; Leaf::box is about them as that link alone would move them. Links are ignored pairs as by
+// bodies_from_skin with its default rules.
+//
+// Poses of links are rigid: scale, shear and mirroring of joints are those of the first pose. In others a vertex is
+// elsewhere than Skin says if they change, by at most SurfaceInfo::worst_distance. An articulation has one matrix per
+// link. Where bones of one joint have different ones, as in a file with several meshes, the vertices of one mesh are
+// moved so that they agree.
+//
+// *info (may be null) receives what became of the skin, and *bad_bone (may be null) the bone for kNoInverse and
+// kBindsDiffer.
+// Statuses: all of SkinStatus but kBadBodies. kBadTriangles also without triangles.
+[[nodiscard]] SkinStatus surface_from_skin(const Skin& skin, const SurfaceRules& rules, SkinBodies* out,
+                                           SurfaceInfo* info = nullptr, std::uint32_t* bad_bone = nullptr) noexcept;
 
 // How well bodies cover a skin.
 struct Coverage {
@@ -150,7 +207,7 @@ struct Coverage {
   std::uint32_t flat_count;   // leaves without a volume, which have no part in that median
 };
 
-// Measures bodies that bodies_from_skin made for the same skin, in all of its poses. Each triangle is looked at in its
+// Measures solids that bodies_from_skin made for the same skin, in all of its poses. Each triangle is looked at in its
 // corners and in the middles of its four quarters, which give the share. A point of the surface is inside if it is in a
 // body or at most 2^-20 of the body's size from it. Distances to ellipsoids are upper limits. Volumes are counted on a
 // grid of 96 cells along the longest side. A point is in the mesh if the winding number on a line through it is not 0.
