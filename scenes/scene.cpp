@@ -17,7 +17,10 @@ ArticulationStorage::ArticulationStorage(const Character& character)
     leaves_[l].link = body.link;
     leaves_[l].box = body.box;
     leaves_[l].parts = parts_[l];
+    leaves_[l].triangles = body.triangles;
   }
+  const BodySkin& skin = character.skin;
+  desc_.skin = {skin.vertices, skin.influence_count, skin.influence_links, skin.influence_weights, skin.inverse_bind};
   desc_.link_parents = character.link_parents;
   desc_.link_joints = character.link_joints;
   desc_.leaves = leaves_;
@@ -33,13 +36,21 @@ ArticulationStorage::ArticulationStorage(const Character& character)
 std::vector<BodyLeaf> copied(Span<const Leaf> leaves) {
   std::vector<BodyLeaf> bodies;
   for (const Leaf& leaf : leaves) {
-    bodies.push_back({leaf.link, leaf.box, {}});
+    bodies.push_back({leaf.link, leaf.box, {}, {leaf.triangles.begin(), leaf.triangles.end()}});
     for (const ConvexPart& part : leaf.parts) {
       bodies.back().parts.push_back({part, {part.vertices.begin(), part.vertices.end()}});
       bodies.back().parts.back().shape.vertices = {};
     }
   }
   return bodies;
+}
+
+BodySkin copied(const SkinDesc& skin) {
+  return {{skin.vertices.begin(), skin.vertices.end()},
+          skin.influence_count,
+          {skin.influence_links.begin(), skin.influence_links.end()},
+          {skin.influence_weights.begin(), skin.influence_weights.end()},
+          {skin.inverse_bind.begin(), skin.inverse_bind.end()}};
 }
 
 std::uint64_t pose_hash(const Scene& scene) {
@@ -60,7 +71,12 @@ std::uint64_t shape_hash(const Scene& scene) {
       hash.add(leaf.box);
       for (const ShapePart& part : leaf.parts)
         for (const float value : part.vertices) hash.add(value);
+      for (const std::uint32_t vertex : leaf.triangles) hash.add(vertex);
     }
+    for (const float value : character.skin.vertices) hash.add(value);
+    for (const std::uint32_t link : character.skin.influence_links) hash.add(link);
+    for (const float value : character.skin.influence_weights) hash.add(value);
+    for (const float value : character.skin.inverse_bind) hash.add(value);
   }
   return hash.value();
 }

@@ -20,12 +20,23 @@ struct ShapePart {
   std::vector<float> vertices;  // x y z per vertex
 };
 
-// A leaf that owns its parts.
+// A leaf that owns its parts or triangles.
 struct BodyLeaf {
   std::uint32_t link = 0;
   Box box = {};
   std::vector<ShapePart> parts;
+  std::vector<std::uint32_t> triangles = {};  // three vertices of the character's skin each
 };
+
+// A skin that owns its arrays: those of SkinDesc.
+struct BodySkin {
+  std::vector<float> vertices;
+  std::uint32_t influence_count = 0;
+  std::vector<std::uint32_t> influence_links;
+  std::vector<float> influence_weights;
+  std::vector<float> inverse_bind;
+};
+BodySkin copied(const SkinDesc& skin);
 
 // Leaves that own their memory.
 std::vector<BodyLeaf> copied(Span<const Leaf> leaves);
@@ -37,6 +48,7 @@ struct Character {
   std::vector<std::int32_t> link_parents;
   std::vector<float> link_joints;  // empty, or x y z per link in the link's frame
   std::vector<BodyLeaf> leaves;
+  BodySkin skin;  // of leaves with triangles
   std::vector<LinkPair> ignored_pairs;
   std::uint32_t ignored_hops = 0;           // as in ArticulationDesc
   std::optional<std::uint32_t> rest_frame;  // links that touch in this frame are ignored pairs as well
@@ -82,7 +94,7 @@ class ArticulationStorage {
 // FNV-1a hash of the bits of every pose and origin. It tells whether a difference arose before the engine.
 std::uint64_t pose_hash(const Scene& scene);
 
-// FNV-1a hash of the bits of every joint, leaf box and vertex.
+// FNV-1a hash of the bits of every joint, leaf box, vertex and skin.
 std::uint64_t shape_hash(const Scene& scene);
 
 }  // namespace cab::scenes

@@ -417,6 +417,8 @@ class Rewriter {
       for (std::size_t k = 0; k < numbers.size(); ++k) {
         if (!std::isfinite(shares[k]))
           file_.fail(where + "." + of_weights, "has a weight that is not finite at vertex " + std::to_string(k / 4));
+        if (shares[k] < 0)
+          file_.fail(where + "." + of_weights, "has a weight that is negative at vertex " + std::to_string(k / 4));
         if (shares[k] > 0 && numbers[k] >= joint_count)
           file_.fail(where + "." + name, "has joint " + std::to_string(numbers[k]) + " at vertex " +
                                              std::to_string(k / 4) + ", but " + place("skins", skin) + " has " +

@@ -31,8 +31,9 @@ class MachineError : public ImportError {
   using ImportError::ImportError;
 };
 
-// How bodies are made of a file's meshes: rig::BodyRules, with joints by name.
+// How bodies are made of a file's meshes: rig::BodyRules, with joints by name; or as leaves of triangles.
 struct SkinOptions {
+  bool surface = false;  // rig::surface_from_skin by its default rules; the other members have no effect then
   std::uint32_t kinds = rig::kHullBody;
   std::uint32_t leaves_per_link = 1;
   bool inflate = false;
@@ -70,6 +71,8 @@ struct FileSkin {
   std::vector<float> influence_weights;
   std::vector<float> inverse_bind;
   std::vector<std::uint32_t> bone_joints;
+  std::vector<std::uint32_t> bone_meshes;  // of mesh_names
+  std::vector<std::string> mesh_names;
   // [frame][joint][6] what is left of a joint's world matrix before its rotation, an upper triangle: xx xy yy xz yz zz.
   // It scales, shears and mirrors.
   std::vector<float> stretches;
@@ -112,7 +115,8 @@ struct Clip {
   Character character;
   double frame_seconds = 0;
   std::uint32_t frame_count = 0;
-  std::optional<rig::Coverage> coverage;  // of bodies made of meshes; lengths in metres, poses are frames
+  std::optional<rig::Coverage> coverage;    // of solids made of meshes; lengths in metres, poses are frames
+  std::optional<rig::SurfaceInfo> surface;  // of meshes whose triangles are in leaves; the same
   std::vector<std::string> notes;
   std::vector<Alteration> alterations;
   LengthUnit unit;

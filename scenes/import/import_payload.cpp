@@ -2,6 +2,8 @@
 // not compile until it is written and read here.
 #include "scenes/import/import_payload.h"
 
+#include <algorithm>
+
 #include "scenes/import/printable.h"
 
 namespace cab::scenes {
@@ -16,7 +18,7 @@ std::string skeleton_payload(const Skeleton& skeleton) {
   const auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static,
                skin, unit, notes, alterations] = skeleton;
   const auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
-               stretches] = skin;
+               bone_meshes, mesh_names, stretches] = skin;
   PayloadWriter writer;
   writer.texts(names);
   writer.array(parents);
@@ -34,6 +36,8 @@ std::string skeleton_payload(const Skeleton& skeleton) {
   writer.array(influence_weights);
   writer.array(inverse_bind);
   writer.array(bone_joints);
+  writer.array(bone_meshes);
+  writer.texts(mesh_names);
   writer.array(stretches);
   writer.value(unit.metres);
   writer.value(unit.source);
@@ -60,7 +64,7 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   auto& [names, parents, is_end_site, rest_offsets, frame_seconds, frame_count, rotations, positions, is_static, skin,
          unit, notes, alterations] = skeleton;
   auto& [vertices, triangles, influence_count, influence_bones, influence_weights, inverse_bind, bone_joints,
-         stretches] = skin;
+         bone_meshes, mesh_names, stretches] = skin;
   names = printable_texts(reader);
   parents = reader.array<std::int32_t>();
   const std::vector<std::uint8_t> ends = reader.array<std::uint8_t>();
@@ -78,6 +82,8 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   influence_weights = reader.array<float>();
   inverse_bind = reader.array<float>();
   bone_joints = reader.array<std::uint32_t>();
+  bone_meshes = reader.array<std::uint32_t>();
+  mesh_names = printable_texts(reader);
   stretches = reader.array<float>();
   unit.metres = reader.value<double>();
   const auto source = reader.value<std::uint8_t>();
@@ -105,6 +111,10 @@ Skeleton read_skeleton_payload(const std::string& bytes) {
   require_payload(frame_count > 0 && rotations.size() / 4 / joints == frame_count &&
                       rotations.size() == 4 * joints * frame_count && positions.size() == 3 * joints * frame_count,
                   "there is not one pose for each joint and frame");
+  require_payload(bone_meshes.size() == bone_joints.size() &&
+                      std::all_of(bone_meshes.begin(), bone_meshes.end(),
+                                  [&names_of = mesh_names](std::uint32_t mesh) { return mesh < names_of.size(); }),
+                  "a bone is of no mesh");
   // The other arrays of a skin are checked where bodies are made of them.
   require_payload(stretches.empty() || stretches.size() == 6 * joints * frame_count,
                   "there is not one stretch for each joint and frame");

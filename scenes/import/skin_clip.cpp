@@ -44,6 +44,73 @@ std::string coverage_note(const rig::Coverage& coverage, const Skeleton& skeleto
   return note;
 }
 
+rig::SkinBodies make_solids(const rig::Skin& skin, const Skeleton& skeleton, const SkinOptions& options,
+                            const std::string& name, Clip& clip) {
+  const std::vector<std::uint32_t> kept = joints_by_name(skeleton, options.kept_joints, name);
+  rig::BodyRules rules;
+  rules.kinds = options.kinds;
+  rules.leaves_per_link = options.leaves_per_link;
+  rules.inflate = options.inflate;
+  rules.kept_joints = kept;
+  rules.least_reach = static_cast<float>(options.least_reach);
+  rig::SkinBodies bodies;
+  check(rig::bodies_from_skin(skin, rules, &bodies), name);
+  rig::Coverage coverage;
+  check(rig::measure_coverage(skin, bodies, &coverage), name);
+  clip.coverage = coverage;
+  clip.notes.push_back(coverage_note(coverage, skeleton));
+  return bodies;
+}
+
+std::string counted(std::uint64_t count, const char* one, const char* several) {
+  return std::to_string(count) + " " + (count == 1 ? one : several);
+}
+
+// Distances from the file's surface below this are rounding. Metres.
+constexpr double kShownDistance = 5e-5;
+
+std::string surface_note(const rig::SurfaceInfo& info, std::size_t leaf_count) {
+  char text[256];
+  std::snprintf(text, sizeof text, "surface of boxes %.2f times that about their vertices", info.growth);
+  std::string note = counted(info.triangle_count, "triangle", "triangles") + " in " +
+                     counted(leaf_count, "leaf", "leaves") + " of " + counted(info.link_count, "link", "links") + ", " +
+                     text + ", " + counted(info.part_count, "part", "parts");
+  if (info.open_part_count > 0)
+    note += ", " + std::to_string(info.open_part_count) + " of them open (" +
+            counted(info.open_edge_count, "edge", "edges") + ")";
+  if (info.worst_distance < kShownDistance) return note;
+  std::snprintf(text, sizeof text, ", up to %.2f cm from the file's surface (frame %u), as joints change their scale",
+                100 * info.worst_distance, static_cast<unsigned>(info.worst_pose));
+  return note + text;
+}
+
+rig::SkinBodies make_surface(const rig::Skin& skin, const Skeleton& skeleton, const std::string& name, Clip& clip) {
+  rig::SkinBodies bodies;
+  rig::SurfaceRules rules;
+  rig::SurfaceInfo info;
+  std::uint32_t bone = 0;
+  rig::SkinStatus status = rig::surface_from_skin(skin, rules, &bodies, &info, &bone);
+  // Leaves hold more triangles where there are too many of these for 1024 leaves.
+  while (status == rig::SkinStatus::kTooManyLeaves && rules.most_triangles < skin.triangles.size) {
+    rules.most_triangles *= 2;
+    status = rig::surface_from_skin(skin, rules, &bodies, &info, &bone);
+  }
+  if (status == rig::SkinStatus::kNoInverse || status == rig::SkinStatus::kBindsDiffer)
+    throw ImportError(name + ": surface of its meshes: mesh " +
+                      skeleton.skin.mesh_names[skeleton.skin.bone_meshes[bone]] + ", joint " +
+                      skeleton.joint_names[skeleton.skin.bone_joints[bone]] + ": " + rig::to_string(status));
+  check(status, name);
+  clip.surface = info;
+  clip.notes.push_back(surface_note(info, bodies.desc().leaves.size));
+  if (info.left_out_count > 0) {
+    clip.notes.push_back(counted(info.left_out_count, "triangle", "triangles") +
+                         " left out (two corners at one place, or a corner without weight)");
+    clip.alterations.push_back(
+        {AlterationKind::kDropped, "triangles without an area", info.left_out_count, clip.notes.back()});
+  }
+  return bodies;
+}
+
 }  // namespace
 
 rig::Skin skin_of(const Skeleton& skeleton, std::vector<float>& poses) {
@@ -83,19 +150,8 @@ void add_skin_bodies(const Skeleton& skeleton, const std::string& name, const Im
   if (skeleton.skin.triangles.empty()) throw ImportError(name + ": no mesh that joints move: it has no skin");
   std::vector<float> matrices;
   const rig::Skin skin = skin_of(skeleton, matrices);
-  const std::vector<std::uint32_t> kept = joints_by_name(skeleton, options.skin->kept_joints, name);
-  rig::BodyRules rules;
-  rules.kinds = options.skin->kinds;
-  rules.leaves_per_link = options.skin->leaves_per_link;
-  rules.inflate = options.skin->inflate;
-  rules.kept_joints = kept;
-  rules.least_reach = static_cast<float>(options.skin->least_reach);
-  rig::SkinBodies bodies;
-  check(rig::bodies_from_skin(skin, rules, &bodies), name);
-  rig::Coverage coverage;
-  check(rig::measure_coverage(skin, bodies, &coverage), name);
-  clip.coverage = coverage;
-  clip.notes.push_back(coverage_note(coverage, skeleton));
+  const rig::SkinBodies bodies = options.skin->surface ? make_surface(skin, skeleton, name, clip)
+                                                       : make_solids(skin, skeleton, *options.skin, name, clip);
 
   Character& character = clip.character;
   character.name = name;
@@ -104,6 +160,7 @@ void add_skin_bodies(const Skeleton& skeleton, const std::string& name, const Im
   const ArticulationDesc desc = bodies.desc();
   character.link_parents.assign(desc.link_parents.begin(), desc.link_parents.end());
   character.leaves = copied(desc.leaves);
+  character.skin = copied(desc.skin);
   character.ignored_pairs.assign(desc.ignored_pairs.begin(), desc.ignored_pairs.end());
   const std::size_t joints = skeleton.joint_names.size(), links = character.link_parents.size();
   character.poses.resize(7 * links * skeleton.frame_count);

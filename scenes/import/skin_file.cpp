@@ -13,7 +13,8 @@
 namespace cab::scenes {
 namespace {
 
-constexpr std::size_t kMaxInfluences = 8;
+// A vertex with more weights is refused. The largest found in files is 8.
+constexpr std::size_t kMaxInfluences = 32;
 
 struct Influence {
   std::uint32_t bone;
@@ -27,7 +28,9 @@ struct Gathered {
   std::size_t loose_meshes = 0;  // without a joint
 };
 
-// Adds a bone and returns its index.
+std::string name_of(const aiMesh& mesh) { return printable({mesh.mName.C_Str(), mesh.mName.length}); }
+
+// Adds a bone of the last mesh and returns its index.
 std::uint32_t add_bone(FileSkin& skin, std::int32_t joint, const Affine& bind, double metres_per_unit) {
   const std::vector<Vec3> columns = {bind.columns[0], bind.columns[1], bind.columns[2], bind.translation};
   for (std::size_t k = 0; k < 4; ++k) {
@@ -36,17 +39,19 @@ std::uint32_t add_bone(FileSkin& skin, std::int32_t joint, const Affine& bind, d
     skin.inverse_bind.push_back(k == 3 ? 1.0f : 0.0f);
   }
   skin.bone_joints.push_back(static_cast<std::uint32_t>(joint));
+  skin.bone_meshes.push_back(static_cast<std::uint32_t>(skin.mesh_names.size() - 1));
   return static_cast<std::uint32_t>(skin.bone_joints.size() - 1);
 }
 
-// Adds vertices without influences, and triangles: a polygon becomes a fan, points and lines are left out. Returns the
-// index of the first vertex.
+// Adds the name, vertices without influences, and triangles: a polygon becomes a fan, points and lines are left out.
+// Returns the index of the first vertex.
 std::size_t add_mesh(const aiMesh& mesh, const std::string& path, Gathered& gathered) {
   FileSkin& skin = gathered.skin;
   const std::size_t first = gathered.influences.size();
   const auto fail = [&](const std::string& reason) {
-    throw ImportError(path + ": mesh " + printable({mesh.mName.C_Str(), mesh.mName.length}) + ": " + reason);
+    throw ImportError(path + ": mesh " + name_of(mesh) + ": " + reason);
   };
+  skin.mesh_names.push_back(name_of(mesh));
   if (first + mesh.mNumVertices > kMaxSkinVertices)
     fail("more than " + std::to_string(kMaxSkinVertices) + " vertices in all meshes");
   for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
@@ -92,9 +97,14 @@ void add_skinned(const aiMesh& mesh, const SceneNodes& nodes, const std::string&
       const aiVertexWeight& weight = bone.mWeights[w];
       if (weight.mVertexId >= mesh.mNumVertices) fail("it moves a vertex that does not exist");
       if (!std::isfinite(weight.mWeight)) fail("a weight is not finite");
+      if (weight.mWeight < 0) fail("a weight is negative");
       if (weight.mWeight > 0) gathered.influences[first + weight.mVertexId].push_back({index, weight.mWeight});
     }
   }
+  for (std::size_t v = first; v < gathered.influences.size(); ++v)
+    if (gathered.influences[v].size() > kMaxInfluences)
+      throw ImportError(path + ": mesh " + name_of(mesh) + ": vertex " + std::to_string(v - first) + " has more than " +
+                        std::to_string(kMaxInfluences) + " weights");
 }
 
 // A mesh at a node, which moves with the joint at or above the node.
@@ -121,7 +131,6 @@ void set_influences(Gathered& gathered) {
   for (std::vector<Influence>& influences : gathered.influences) {
     std::stable_sort(influences.begin(), influences.end(),
                      [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
-    if (influences.size() > kMaxInfluences) influences.resize(kMaxInfluences);
     most = std::max(most, influences.size());
   }
   for (std::vector<Influence>& influences : gathered.influences) {

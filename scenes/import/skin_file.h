@@ -28,8 +28,8 @@ struct SceneNodes {
 Affine affine(const aiMatrix4x4& matrix);
 
 // Reads all meshes into skeleton.skin. A mesh with bones is moved by them. A mesh without bones is moved by the joint
-// at or above its node; if there is none, it is left out, with a note. A vertex keeps its eight largest weights. Throws
-// ImportError.
+// at or above its node; if there is none, it is left out, with a note. Throws ImportError, also for a
+// negative weight.
 void read_skin(const aiScene& scene, const SceneNodes& nodes, const std::string& path, double metres_per_unit,
                Skeleton& skeleton);
 

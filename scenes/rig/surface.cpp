@@ -1,4 +1,5 @@
 // The surface of a skin as leaves of triangles.
+#include <cab/cab.h>
 #include <cab/skin.h>
 
 #include <algorithm>
@@ -77,6 +78,17 @@ void measure_distance(const CheckedSkin& skin, const LinkMap& map, const Surface
   }
 }
 
+// The box about a cluster as its link alone would move it. The library has taken the cluster, so it has a box.
+Box box_in_link(const SurfaceMesh& mesh, const Cluster& cluster) {
+  const Affine bind = link_bones(mesh, std::vector<RigidFrame>(mesh.skin.inverse_bind.size() / 16))[cluster.link];
+  std::vector<float> points;
+  for (const std::uint32_t v : vertices_of(mesh, cluster))
+    for (const double x : transform(bind, place_of(mesh, v))) points.push_back(static_cast<float>(x));
+  Box box;
+  if (fit_box(points, &box) != Status::kOk) throw std::bad_alloc();
+  return box;
+}
+
 void describe(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters, rig::SkinBodyStorage& storage) {
   storage.surface = mesh.skin;
   for (const Cluster& cluster : clusters)
@@ -88,6 +100,7 @@ void describe(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters, rig
     Leaf leaf;
     leaf.link = cluster.link;
     leaf.triangles = {next, 3 * cluster.triangles.size()};
+    leaf.box = box_in_link(mesh, cluster);
     next += leaf.triangles.size;
     storage.leaves.push_back(leaf);
   }

@@ -3,6 +3,7 @@
 
 #include <cab/cab.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -35,19 +36,20 @@ void for_influences(const SurfaceMesh& mesh, std::uint32_t triangle, const Use& 
       if (weight_of(mesh, i) > 0) use(mesh.skin.influence_links[i], weight_of(mesh, i));
 }
 
-// Moves the half of the triangles that is far along the longest axis of the box about all of them to another cluster.
+// The direction in which vertices differ most.
+Eigen::Vector3d longest_axis(const SurfaceMesh& mesh, const std::vector<std::uint32_t>& vertices) {
+  Eigen::Matrix3Xd points(3, vertices.size());
+  for (std::size_t n = 0; n < vertices.size(); ++n)
+    points.col(static_cast<Eigen::Index>(n)) = Eigen::Vector3d(place_of(mesh, vertices[n]).data());
+  points.colwise() -= points.rowwise().mean().eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(points * points.transpose());
+  return moments.eigenvectors().col(2);
+}
+
+// Moves the half of the triangles that is far along the longest axis of all of them to another cluster.
 Cluster take_half(const SurfaceMesh& mesh, Cluster& cluster) {
-  std::vector<float> points;
-  for (const std::uint32_t t : cluster.triangles)
-    for (const std::uint32_t v : mesh.triangles[t])
-      points.insert(points.end(), mesh.skin.vertices.data() + 3 * std::size_t{v},
-                    mesh.skin.vertices.data() + 3 * std::size_t{v} + 3);
-  Box box;
-  Vec3 axis = {1, 0, 0};  // of vertices that are out of range, which the library refuses later
-  if (fit_box(points, &box) == Status::kOk) {
-    const float* const longest = box.axis[std::max_element(box.half, box.half + 3) - box.half];
-    axis = {longest[0], longest[1], longest[2]};
-  }
+  const Eigen::Vector3d longest = longest_axis(mesh, vertices_of(mesh, cluster));
+  const Vec3 axis = {longest[0], longest[1], longest[2]};
   std::vector<std::pair<double, std::uint32_t>> sorted;
   for (const std::uint32_t t : cluster.triangles) {
     const auto& [a, b, c] = mesh.triangles[t];
@@ -143,11 +145,7 @@ SkinStatus GrowthMeter::measure(std::vector<Cluster>& clusters) {
   }
   const std::vector<Affine> bones = link_bones(mesh_, poses_);
   for (std::size_t n = 0; n < clusters.size(); ++n) {
-    std::vector<std::uint32_t> vertices;
-    for (const std::uint32_t t : clusters[n].triangles)
-      vertices.insert(vertices.end(), mesh_.triangles[t].begin(), mesh_.triangles[t].end());
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    const std::vector<std::uint32_t> vertices = vertices_of(mesh_, clusters[n]);
     clusters[n].grown = clusters[n].tight = 0;
     for (std::size_t pose = 0; pose < count_; ++pose) {
       const Box& box = boxes[pose * stride + n];
@@ -169,6 +167,15 @@ SkinStatus GrowthMeter::measure(std::vector<Cluster>& clusters) {
 }
 
 }  // namespace
+
+std::vector<std::uint32_t> vertices_of(const SurfaceMesh& mesh, const Cluster& cluster) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t t : cluster.triangles)
+    vertices.insert(vertices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  return vertices;
+}
 
 std::uint32_t count_links(const SurfaceMesh& mesh, const Cluster& cluster) {
   std::vector<std::uint32_t> links;

@@ -57,7 +57,7 @@ std::vector<LinkPair> read_pairs(PayloadReader& reader, std::size_t link_count) 
 }
 
 void write_leaf(PayloadWriter& writer, const BodyLeaf& leaf) {
-  const auto& [link, box, parts] = leaf;
+  const auto& [link, box, parts, not_set] = leaf;
   writer.value(link);
   write_each(writer, box.center);
   for (const auto& axis : box.axis) write_each(writer, axis);
@@ -74,7 +74,7 @@ void write_leaf(PayloadWriter& writer, const BodyLeaf& leaf) {
 }
 
 void read_leaf(PayloadReader& reader, BodyLeaf& leaf) {
-  auto& [link, box, parts] = leaf;
+  auto& [link, box, parts, not_set] = leaf;
   link = reader.value<std::uint32_t>();
   read_each(reader, box.center);
   for (auto& axis : box.axis) read_each(reader, axis);

@@ -181,7 +181,8 @@ struct SurfaceInfo {
 // Makes links for a skin, and leaves of its triangles, which follow it in every pose, and writes them to *out. Vertices
 // of equal place and weights become one. Triangles that then have two equal corners are left out, and so are vertices
 // and triangles without weight. Every joint that moves triangles has a link. A leaf is on the link with most of the
-// weight of its triangles. Links are ignored pairs as by bodies_from_skin with its default rules.
+// weight of its triangles; Leaf::box is about them as that link alone would move them. Links are ignored pairs as by
+// bodies_from_skin with its default rules.
 //
 // Poses of links are rigid: scale, shear and mirroring of joints are those of the first pose. In others a vertex is
 // elsewhere than Skin says if they change, by at most SurfaceInfo::worst_distance. An articulation has one matrix per

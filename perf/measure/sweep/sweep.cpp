@@ -19,6 +19,8 @@ namespace {
 // Throws UsageError for options that contradict each other.
 void check(const SweepOptions& options) {
   check_files(options.world);
+  if (options.world.skin && options.world.skin->surface)
+    throw UsageError("--body surface: a sweep judges hits by exact tests of solids; choose --body skin");
   const bool about_files = !options.world.offsets.empty() || !options.world.metres_per_unit.empty() ||
                            options.world.up != 0 || options.world.frames_per_second != 0 ||
                            !options.world.motion_paths.empty();

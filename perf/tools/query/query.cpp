@@ -74,6 +74,7 @@ void check(const QueryOptions& options) {
   if (has_scene && (options.all_frames || !options.frame))
     throw UsageError("a scene has no last frame; give --frame K or --frames A:B");
   check_files(options.world);
+  check_exact(options.world, options.exact);
   std::vector<std::string> inputs = input_paths(options.world);
   for (const auto& paths : options.paths) inputs.insert(inputs.end(), paths.begin(), paths.end());
   check_outputs({{"--out", options.out_path}, {"--json", options.json_path}}, inputs);

@@ -78,7 +78,7 @@ Json links_json(const scenes::Character& character, std::uint32_t frame, const V
   return links;
 }
 
-// A leaf's box and exact shape in its link's frame, and the box as posed.
+// A leaf's box and exact shape in its link's frame, how many triangles it has, and the box as posed.
 Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes) {
   Json leaves = Json::array();
   for (std::size_t n = 0; n < character.leaves.size(); ++n) {
@@ -96,6 +96,7 @@ Json leaves_json(const scenes::Character& character, const CharacterBoxes& boxes
                       {"box_in_link", box_json(leaf.box)},
                       {"parts_in_link", parts},
                       {"box", box_json(boxes.boxes[n])}});
+    if (!leaf.triangles.empty()) leaves.back()["triangle_count"] = leaf.triangles.size() / 3;
   }
   return leaves;
 }
@@ -135,6 +136,22 @@ Json coverage_json(const rig::Coverage& coverage, const scenes::Skeleton& skelet
           {"flat_leaves", coverage.flat_count}};
 }
 
+Json surface_json(const rig::SurfaceInfo& info) {
+  return {{"triangles", info.triangle_count},
+          {"triangles_left_out", info.left_out_count},
+          {"vertices", info.vertex_count},
+          {"vertices_welded", info.welded_count},
+          {"links_with_leaves", info.link_count},
+          {"most_triangles_of_a_leaf", info.most_triangles},
+          {"most_influences_of_a_leaf", info.most_influences},
+          {"parts", info.part_count},
+          {"open_parts", info.open_part_count},
+          {"open_edges", info.open_edge_count},
+          {"growth", info.growth},
+          {"worst_distance_metres", info.worst_distance},
+          {"worst_frame", info.worst_pose}};
+}
+
 // The pairs that share a joint.
 MaskedPairs masked_pairs(const scenes::Character& character) {
   const std::size_t links = character.link_parents.size();
@@ -145,7 +162,7 @@ MaskedPairs masked_pairs(const scenes::Character& character) {
 
 int inspect_command(const InspectOptions& options) {
   if (options.skin && (options.prints_bodies || !options.bodies_path.empty() || !options.write_bodies_path.empty()))
-    throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin");
+    throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin or surface");
   if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
   const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
   check_outputs(
@@ -168,6 +185,7 @@ int inspect_command(const InspectOptions& options) {
   clips.push_back(
       scenes::make_clip(skeleton, scenes::printable(std::filesystem::path(options.file).filename().string()), import));
   const std::optional<rig::Coverage> coverage = clips.front().coverage;
+  const std::optional<rig::SurfaceInfo> surface = clips.front().surface;
   const scenes::SkeletonBodies bodies = clips.front().bodies;
   scenes::ImportReport report;
   const scenes::Scene scene = scenes::make_world(std::move(clips), &report);
@@ -211,6 +229,7 @@ int inspect_command(const InspectOptions& options) {
   json["leaves"] = leaves_json(character, boxes);
   json["merges"] = merges_json(character, boxes);
   if (coverage) json["coverage"] = coverage_json(*coverage, skeleton);
+  if (surface) json["surface"] = surface_json(*surface);
   json["altered"] = import_json(report, pairs);
   json["size_doubts"] = report.size_doubts;
   json["notes"] = scene.notes;

@@ -120,6 +120,7 @@ void write_obj(OutputFile& file, const scenes::Skeleton& skeleton, const scenes:
     }
   }
   for (const scenes::BodyLeaf& leaf : character.leaves) {
+    if (!leaf.triangles.empty()) continue;  // they are the mesh
     const float* const pose = character.poses.data() + 7 * (frame * character.link_parents.size() + leaf.link);
     const Quat rotation = scenes::normalized({pose[0], pose[1], pose[2], pose[3]});
     std::vector<std::vector<Vec3>> bodies;

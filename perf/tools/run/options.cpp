@@ -57,15 +57,16 @@ void add_skin_options(CLI::App& command, std::string& animation, std::optional<s
                   "animation to read, of --motion if given, by name or by number from 0 (default the first)")
       ->type_name("NAME");
   add_text(command, "--body", "KIND",
-           "what bodies are made of: skeleton (default), or skin: the meshes that joints move",
+           "what bodies are made of: skeleton (default); skin: solids about the meshes that joints move; surface: the"
+           " triangles of these meshes, in boxes that follow them",
            [&skin](const std::string& text) {
-             if (text == "skin")
-               skin.emplace();
+             if (text == "skin" || text == "surface")
+               skin.emplace().surface = text == "surface";
              else if (text != "skeleton")
-               reject("--body", text, "skeleton or skin");
+               reject("--body", text, "skeleton, skin or surface");
            });
   const auto of_skin = [&skin](const char* option) -> scenes::SkinOptions& {
-    if (!skin) throw UsageError(std::string(option) + ": needs --body skin");
+    if (!skin || skin->surface) throw UsageError(std::string(option) + ": needs --body skin");
     return *skin;
   };
   add_text(command, "--kinds", "KIND,...",

@@ -45,8 +45,15 @@ void check_files(const WorldOptions& options) {
   check_given("--motion-units", options.motion_units.size(), files, "file");
   if (!options.motion_units.empty() && options.motion_paths.empty()) throw UsageError(kUnitsNeedMotion);
   if (options.skin && !options.bodies_paths.empty())
-    throw UsageError("--bodies is about bodies of the skeleton, not of --body skin");
+    throw UsageError("--bodies is about bodies of the skeleton, not of --body skin or surface");
   check_given("--bodies", options.bodies_paths.size(), files, "file");
+}
+
+void check_exact(const WorldOptions& options, Exact exact) {
+  if (options.skin && options.skin->surface && (exact == Exact::kConvex || exact == Exact::kFcl))
+    throw UsageError(
+        "--body surface: the exact tests convex and fcl are about solids; choose --exact none, without"
+        " --contacts and --min-depth, or --body skin");
 }
 
 std::string motion_path(const WorldOptions& options, std::size_t file) {

@@ -42,6 +42,9 @@ struct WorldOptions {
 // Throws UsageError if offsets, units, motions or bodies do not fit the files.
 void check_files(const WorldOptions& options);
 
+// Throws UsageError for an exact test of solids if bodies are surfaces.
+void check_exact(const WorldOptions& options, Exact exact);
+
 // The file that has the motion of a character's file; empty if that has its own.
 std::string motion_path(const WorldOptions& options, std::size_t file);
 

@@ -324,6 +324,13 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--body", "bones"}, "skeleton or skin"},
       {{"inspect", file, "--kinds", "hull"}, "--kinds: needs --body skin"},
       {{"inspect", file, "--inflate", "--body", "skeleton"}, "--inflate: needs --body skin"},
+      {{"inspect", file, "--kinds", "hull", "--body", "surface"}, "--kinds: needs --body skin"},
+      {{"inspect", file, "--body", "mesh"}, "skeleton, skin or surface"},
+      {{"inspect", file, "--body", "surface", "--bodies"}, "not of --body skin or surface"},
+      {{"run", file, "--body", "surface", "--exact", "convex"}, "convex and fcl are about solids"},
+      {{"run", file, "--body", "surface", "--contacts"}, "convex and fcl are about solids"},
+      {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
+      {{"run", file, "--body", "surface", "--record", "x.cabrec"}, "it is not recorded yet"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
       {{"inspect", file, "--obj", file}, "is an input"},
@@ -997,6 +1004,44 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
     CHECK(row("AABB*")[1] == golden[t][1]);
     CHECK(row("CAB")[2] == golden[t][2]);
   }
+}
+
+TEST_CASE("a surface touches as its boxes do, and inspect says what became of it") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "boxes.glb", obj = folder / "boxes.obj", hits = folder / "hits.csv";
+  write_text(file, glb(two_boxes()));
+  const Words surface = {"--body", "surface", "--animation", "out"};
+  const Outcome outcome = run_cab(Words{"inspect", file, "--frame", "last", "--obj", obj} + surface);
+  CAPTURE(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  const Json json = Json::parse(outcome.out);
+  CHECK(json["surface"]["triangles"] == 28);
+  CHECK(json["surface"]["triangles_left_out"] == 0);
+  CHECK(json["surface"]["vertices"] == 20);
+  CHECK(json["surface"]["vertices_welded"] == 0);
+  CHECK(json["surface"]["links_with_leaves"] == 2);
+  CHECK(json["surface"]["most_influences_of_a_leaf"] == 1);
+  CHECK(json["surface"]["parts"] == 3);
+  CHECK(json["surface"]["open_parts"] == 0);
+  CHECK(json["surface"]["growth"].get<double>() == doctest::Approx(1).epsilon(1e-4));
+  CHECK(!json.contains("coverage"));
+  REQUIRE(json["leaves"].size() == 2);
+  CHECK(json["leaves"][1]["triangle_count"] == 12);
+  // The arm's box alone, half as large in the frame of its joint, which is scaled by 2.
+  CHECK(json["leaves"][1]["box_in_link"]["center_metres"][2].get<double>() == doctest::Approx(3).epsilon(1e-5));
+  const std::vector<std::string> lines = lines_of(read_text(obj));
+  CHECK(std::count_if(lines.begin(), lines.end(), [](const std::string& line) { return line.substr(0, 2) == "o "; }) ==
+        1);
+  CHECK(outcome.error.find("28 triangles in 2 leaves of 2 links") != std::string::npos);
+
+  const auto count_hits = [&](const char* x) {
+    const Outcome run = run_cab(Words{"run", file, file, "--offset", "0,0,0", "--offset", x, "--hits", hits} + surface);
+    CAPTURE(run.error);
+    REQUIRE(run.exit_code == 0);
+    return lines_of(read_text(hits)).size() - 1;
+  };
+  CHECK(count_hits("0.5,0,0") > 0);
+  CHECK(count_hits("20,0,0") == 0);
 }
 
 TEST_CASE("inspect writes the coverage of a skin, and an OBJ file of the mesh and one object per leaf") {

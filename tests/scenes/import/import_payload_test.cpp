@@ -29,6 +29,8 @@ Skeleton made_skeleton() {
   s.skin.influence_weights = {.25f, .75f};
   s.skin.inverse_bind = {1, 2, 3};
   s.skin.bone_joints = {1, 0};
+  s.skin.bone_meshes = {0, 1};
+  s.skin.mesh_names = {"coat", "man"};
   s.skin.stretches = std::vector<float>(24, .5f);
   s.unit = {.0254, UnitSource::kGuessed};
   s.notes = {"one", "two"};
@@ -56,6 +58,8 @@ TEST_CASE("a skeleton is the same after its way through bytes") {
   CHECK(read.skin.influence_weights == s.skin.influence_weights);
   CHECK(read.skin.inverse_bind == s.skin.inverse_bind);
   CHECK(read.skin.bone_joints == s.skin.bone_joints);
+  CHECK(read.skin.bone_meshes == s.skin.bone_meshes);
+  CHECK(read.skin.mesh_names == s.skin.mesh_names);
   CHECK(read.skin.stretches == s.skin.stretches);
   CHECK(read.unit.metres == s.unit.metres);
   CHECK(read.unit.source == s.unit.source);
@@ -87,6 +91,8 @@ TEST_CASE("a skeleton whose arrays do not fit its joints and frames is refused")
   for (const std::int32_t parent : {-2, -1, 1, 2}) refused([&](Skeleton& s) { s.joint_parents[1] = parent; });
   refused([](Skeleton& s) { s.joint_parents[0] = 0; });
   refused([](Skeleton& s) { s.skin.stretches.pop_back(); });
+  refused([](Skeleton& s) { s.skin.bone_meshes.pop_back(); });
+  refused([](Skeleton& s) { s.skin.bone_meshes[1] = 2; });
   for (const double metres : {0.0, -1.0, std::nan("")}) refused([&](Skeleton& s) { s.unit.metres = metres; });
   refused([](Skeleton& s) { s.unit.source = static_cast<UnitSource>(4); });
   refused([](Skeleton& s) { s.alterations[0].kind = static_cast<AlterationKind>(4); });

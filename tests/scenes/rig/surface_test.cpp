@@ -270,6 +270,13 @@ TEST_CASE("a surface has every triangle of its skin in one leaf, whose box holds
     CHECK(info.worst_distance <= kPlaceTolerance);
     CHECK(info.most_influences == std::min(joints, 2u));
     CHECK(info.growth >= 1);
+    // Without the other links, a leaf's box is straight about its part of the tube.
+    for (const Leaf& leaf : bodies.desc().leaves)
+      for (const std::uint32_t v : leaf.triangles) {
+        const Vec3 in_link =
+            wide(&bodies.desc().skin.vertices[3 * std::size_t{v}]) - Vec3{0, 0, static_cast<double>(leaf.link)};
+        CHECK(outside(leaf.box, in_link) <= kPlaceTolerance);
+      }
     check_surface(made.skin(), bodies, info);
     for (std::size_t j = 1; j < joints; ++j) CHECK(bodies.desc().ignored_pairs.size >= joints - 1);
   }
