@@ -84,7 +84,8 @@ struct InfluencesFrom {
 // What is known so far of where a leaf's vertices are along an axis of its box, about its centre.
 //
 // Two ranges hold the vertices, and the result is what they have in common. One takes each link's weight for a linear
-// function of the place, and adds what that leaves out. The other, lo to hi, is about the boxes of what each link moves.
+// function of the place, and adds what that leaves out. The other, lo to hi, is about the boxes of what each link
+// moves.
 template <class V>
 struct Growth {
   V to[3];  // the coefficients of the linear function that takes a vertex's coordinates to where it is

@@ -40,8 +40,8 @@ struct OwnVertices {
 // The most links that move a leaf besides its own.
 inline constexpr std::uint32_t kMaxInfluences = 32;
 
-// Sixteen leaves with influences as lanes, to grow the boxes of one instance. Those with most influences come first; the
-// last block repeats its last leaf. `rounds` is how many influences the first leaf has.
+// Sixteen leaves with influences as lanes, to grow the boxes of one instance. Those with most influences come first;
+// the last block repeats its last leaf. `rounds` is how many influences the first leaf has.
 struct alignas(64) LeafLanes {
   float axis[3][3][kLanes], center[3][kLanes], half[3][kLanes];  // as in BoxTile
   float own_center[3][kLanes], own_half[3][kLanes];              // OwnVertices

@@ -146,7 +146,9 @@ Command add_run(CLI::App& app) {
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             const bool asks = options->contacts || options->min_depth > 0;
-            if (asks && exact->count() == 0) options->policies.exact = Exact::kConvex;
+            const bool has_surface = options->world.skin && options->world.skin->surface;
+            if (exact->count() == 0 && has_surface) options->policies.exact = Exact::kSurface;
+            if (exact->count() == 0 && asks) options->policies.exact = Exact::kConvex;
             return run_command(*options);
           }};
 }

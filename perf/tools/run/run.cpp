@@ -35,7 +35,8 @@ void check(const RunOptions& options) {
   if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
     throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
                      ": boxes alone have no normal and depth; leave out --exact none");
-  check_exact(options.world, options.policies.exact);
+  const bool needs_solids = options.contacts || options.min_depth > 0;
+  check_exact(options.world, needs_solids ? Exact::kConvex : options.policies.exact);
   if (options.world.skin && options.world.skin->surface && !options.recording.path.empty())
     throw UsageError("--body surface: it is not recorded yet; leave out --record, or choose --body skin");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},

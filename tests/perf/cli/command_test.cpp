@@ -1006,7 +1006,7 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
   }
 }
 
-TEST_CASE("a surface touches as its boxes do, and inspect says what became of it") {
+TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what became of it") {
   const TemporaryFolder folder;
   const std::string file = folder / "boxes.glb", obj = folder / "boxes.obj", hits = folder / "hits.csv";
   write_text(file, glb(two_boxes()));
@@ -1034,14 +1034,18 @@ TEST_CASE("a surface touches as its boxes do, and inspect says what became of it
         1);
   CHECK(outcome.error.find("28 triangles in 2 leaves of 2 links") != std::string::npos);
 
-  const auto count_hits = [&](const char* x) {
-    const Outcome run = run_cab(Words{"run", file, file, "--offset", "0,0,0", "--offset", x, "--hits", hits} + surface);
+  const auto count_hits = [&](const char* x, const Words& exact) {
+    const Outcome run =
+        run_cab(Words{"run", file, file, "--offset", "0,0,0", "--offset", x, "--hits", hits} + surface + exact);
     CAPTURE(run.error);
     REQUIRE(run.exit_code == 0);
+    CHECK(run.output.find(exact.empty() ? "surface" : "none") != std::string::npos);
     return lines_of(read_text(hits)).size() - 1;
   };
-  CHECK(count_hits("0.5,0,0") > 0);
-  CHECK(count_hits("20,0,0") == 0);
+  CHECK(count_hits("0.5,0,0", {"--exact", "none"}) > 0);
+  CHECK(count_hits("20,0,0", {"--exact", "none"}) == 0);
+  CHECK(count_hits("0.5,0,0", {}) > 0);
+  CHECK(count_hits("0.5,0,0", {}) <= count_hits("0.5,0,0", {"--exact", "none"}));
 }
 
 TEST_CASE("inspect writes the coverage of a skin, and an OBJ file of the mesh and one object per leaf") {
