@@ -64,16 +64,6 @@ const std::vector<Kinds>& kinds_by_method() {
   return all;
 }
 
-// The kernels of every instruction set that runs here.
-const std::vector<const kernel::KernelTable*>& all_kernels() {
-  static const std::vector<const kernel::KernelTable*> all = [] {
-    std::vector<const kernel::KernelTable*> out;
-    for (const Isa isa : oracle::available_isas()) out.push_back(kernel::find_kernels(isa));
-    return out;
-  }();
-  return all;
-}
-
 std::string list_of(const float* numbers, std::size_t count) {
   std::string out;
   for (std::size_t i = 0; i < count; ++i) out += (i == 0 ? "(" : " ") + shortest(numbers[i]);
