@@ -72,8 +72,9 @@ inline void append_inverse_bind(const std::array<double, 4>& turn, const Vec3<do
   }
 }
 
-// least_spread: of the vertices of a leaf, as a share of a link's size.
-inline SkinRig random_skin(Random& random, SkinRegime regime, double least_spread = 1e-3) {
+// least_spread: of the vertices of a leaf, as a share of a link's size. most_triangles: of a leaf.
+inline SkinRig random_skin(Random& random, SkinRegime regime, double least_spread = 1e-3,
+                           unsigned most_triangles = 10) {
   SkinRig out;
   const unsigned count = regime == SkinRegime::kRigid ? 1 + random.index(4) : 2 + random.index(7);
   out.size = random.chance(0.5) ? 1 : random.log_uniform(1e-4, 1e4);
@@ -109,7 +110,7 @@ inline SkinRig random_skin(Random& random, SkinRegime regime, double least_sprea
     if (regime == SkinRegime::kFlat)
       for (std::size_t c = 0; c < 2; ++c)
         if (random.chance(0.6)) spread[c] = 0;
-    const unsigned vertices = 3 * (1 + random.index(10));
+    const unsigned vertices = 3 * (1 + random.index(most_triangles));
     for (unsigned v = 0; v < vertices; ++v) {
       triangles.push_back(static_cast<std::uint32_t>(out.vertices.size() / 3));
       Vec3<double> p = place;

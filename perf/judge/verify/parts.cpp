@@ -44,11 +44,20 @@ void Task::violation(std::size_t method, const std::string& input) {
 
 const std::vector<VerifyPart>& verify_parts() {
   // The inputs of a part depend on its place, so new ones come last.
-  static const std::vector<VerifyPart> parts = {merges_part(),  overlaps_part(), trees_part(), frames_part(),
-                                                shapes_part(),  queries_part(),  rays_part(),  motions_part(),
-                                                spheres_part(), points_part(),   boxes_part(), capsules_part(),
-                                                regions_part(), surfaces_part(), round_part(), depths_part()};
+  static const std::vector<VerifyPart> parts = {
+      merges_part(),  overlaps_part(), trees_part(),   frames_part(), shapes_part(),   queries_part(),
+      rays_part(),    motions_part(),  spheres_part(), points_part(), boxes_part(),    capsules_part(),
+      regions_part(), surfaces_part(), round_part(),   depths_part(), triangles_part()};
   return parts;
+}
+
+const std::vector<const kernel::KernelTable*>& all_kernels() {
+  static const std::vector<const kernel::KernelTable*> all = [] {
+    std::vector<const kernel::KernelTable*> out;
+    for (const Isa isa : oracle::available_isas()) out.push_back(kernel::find_kernels(isa));
+    return out;
+  }();
+  return all;
 }
 
 std::vector<RefitMethod> refit_methods(std::uint32_t refit_count) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/exact/convex_in_double.h"
+#include "engine/exact/surface.h"
 #include "kernels/find_kernels.h"
 #include "perf/judge/oracle/convex_pairs.h"
 #include "perf/judge/oracle/oracle_box.h"
@@ -25,6 +26,10 @@ struct Subject {
   decltype(&cab::run_frame) run_frame = cab::run_frame;
   decltype(&cab::answer_in_double) answer_in_double = cab::answer_in_double;
   decltype(&cab::run_queries) run_queries = cab::run_queries;
+  // The one that a frame calls for two leaves.
+  void (*find_touching_triangles)(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
+                                  SkinCache& cache, FrameStats& stats, void* taker,
+                                  TakeTouching take) = cab::find_touching_triangles;
   // CollisionChecker::check_motions.
   Status (*check_motions)(CollisionChecker& checker, Span<const double> from, Span<const double> to,
                           Span<MotionAnswer> answers, MotionSearch& search) =
@@ -44,11 +49,13 @@ struct Tally {
   std::uint64_t undecided = 0;        // pairs that the kernels, or the quick judge of queries, leave open; motions, and
                                       // pairs of balls and capsules, that the judge does
   std::uint64_t still_undecided = 0;  // those of them that the test in double leaves open
+  std::uint64_t unclear = 0;          // pairs of triangles that the judge cannot tell from touching
   std::uint64_t contacts = 0;         // contacts that were judged
   std::uint64_t above_1 = 0;          // contacts that are more than 1 % deeper than the least depth
   std::uint64_t above_10 = 0;         // more than 10 %
   std::uint64_t hits = 0;             // links that queries have found
-  std::uint64_t lost = 0;             // links that queries must find and have not; motions called free that touch
+  std::uint64_t lost = 0;             // links that queries must find and have not; motions called free that
+                                      // touch; triangles that touch and are not found
   std::uint64_t pairs = 0;            // queries and leaves that were judged
   std::uint64_t free = 0, colliding = 0, too_close = 0;  // motions by their answers
   double off = 0;          // largest by which the point of a hit is off its leaf as given, or a depth off the true one,
@@ -75,6 +82,7 @@ inline constexpr NamedCount kCounts[] = {{"judged", &Tally::judged},
                                          {"false_apart", &Tally::false_apart},
                                          {"undecided", &Tally::undecided},
                                          {"still_undecided", &Tally::still_undecided},
+                                         {"undecided_by_judge", &Tally::unclear},
                                          {"contacts", &Tally::contacts},
                                          {"contacts_above_1_percent", &Tally::above_1},
                                          {"contacts_above_10_percent", &Tally::above_10},
@@ -109,15 +117,16 @@ struct Task {
 
 // Which columns a part's table has.
 enum class Columns {
-  kMerges,   // containment, with the padding of one merge
-  kBoxes,    // containment
-  kPairs,    // misses and false positives
-  kShapes,   // answers of exact tests, and contacts
-  kQueries,  // hits of queries
-  kQuick,    // hits of queries, and how many pairs of queries and leaves were judged
-  kMotions,  // answers about motions
-  kRound,    // answers of frames of balls and capsules, and contacts
-  kDepths,   // depths of contacts
+  kMerges,     // containment, with the padding of one merge
+  kBoxes,      // containment
+  kPairs,      // misses and false positives
+  kShapes,     // answers of exact tests, and contacts
+  kQueries,    // hits of queries
+  kQuick,      // hits of queries, and how many pairs of queries and leaves were judged
+  kMotions,    // answers about motions
+  kRound,      // answers of frames of balls and capsules, and contacts
+  kDepths,     // depths of contacts
+  kTriangles,  // answers about triangles
 };
 
 struct VerifyPart {
@@ -145,6 +154,7 @@ VerifyPart regions_part();
 VerifyPart surfaces_part();
 VerifyPart round_part();
 VerifyPart depths_part();
+VerifyPart triangles_part();
 
 // The names of oracle::QueryRegime, in its order.
 std::vector<std::string> query_regimes();
@@ -154,6 +164,9 @@ std::vector<std::string> convex_regimes();
 
 // All of them, in the order in which they are printed.
 const std::vector<VerifyPart>& verify_parts();
+
+// The kernels of every instruction set that runs here.
+const std::vector<const kernel::KernelTable*>& all_kernels();
 
 // A method: a name and its policies. Both come from the table of policies, so a new value becomes a method by itself.
 struct RefitMethod {

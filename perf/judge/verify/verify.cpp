@@ -232,6 +232,15 @@ std::vector<Column> columns_of(Columns columns) {
               kViolations};
     case Columns::kDepths:
       return {kOff, {"over 1 %", &Tally::above_1}, {"over 10 %", &Tally::above_10}, kDiffering, kViolations};
+    case Columns::kTriangles:
+      return {kTouching,
+              {"undecided", &Tally::undecided},
+              kLost,
+              {"false touching", &Tally::false_positives},
+              {"wide as", nullptr, &Tally::widest_gap, 3},
+              {"unclear", &Tally::unclear},
+              kDiffering,
+              kViolations};
     case Columns::kPairs: break;
   }
   return {kTouching, {"misses", &Tally::violations}, {"false positives", &Tally::false_positives}, kDiffering};
@@ -289,6 +298,7 @@ void print(std::uint64_t seed, Isa isa, std::uint64_t rounds, const Sums& sums, 
          "Rounding, of padding: where rounding took the largest share of a merge's padding, which bounds it; in ulps.\n"
          "Undecided: by the kernels, in double: after the second pass. Wide as: the widest gap of a false touch, of "
          "2^-40. Of motions: too near to touching for the judge.\n"
+         "Unclear: triangles within 1e-15 of touching, which the judge cannot tell; lost if they are called apart.\n"
          "Off: how far the point of a hit is from its leaf as given, in u of the lengths of leaf and query; how far a "
          "depth is from the true one, in u of the lengths of both shapes.\n"
       << "Seed " << seed << ", " << to_string(isa) << ", " << rounds << " rounds, " << sums.violations()

@@ -10,6 +10,7 @@
 
 #include "kernels/gather_pairs.h"
 #include "kernels/refit_tree.h"
+#include "kernels/surface/test_surfaces.h"
 #include "layout/error_bounds.h"
 #include "perf/judge/oracle/convex_pairs.h"
 #include "tests/perf/cli/spawn.h"
@@ -217,6 +218,41 @@ Status queries_by_isa(Engine& engine, QueryJob& job) noexcept {
   return status;
 }
 
+// Hands triangles on, but for some.
+struct SomeTaker {
+  void* taker;
+  TakeTouching take;
+};
+void triangles_without_some(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
+                            SkinCache& cache, FrameStats& stats, void* taker, TakeTouching take) {
+  SomeTaker some = {taker, take};
+  find_touching_triangles(frame, a, b, margin, cache, stats, &some, [](void* of, std::uint32_t x, std::uint32_t y) {
+    const SomeTaker& to = *static_cast<SomeTaker*>(of);
+    return (x + y) % 4 == 3 || to.take(to.taker, x, y);
+  });
+}
+
+// Says of the first triangles of every two leaves that they touch.
+void triangles_with_the_first(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
+                              SkinCache& cache, FrameStats& stats, void* taker, TakeTouching take) {
+  find_touching_triangles(frame, a, b, margin, cache, stats, taker, take);
+  take(taker, 0, 0);
+}
+
+// Leaves more pairs undecided than it must.
+bool surfaces_with_more_error(const kernel::SurfacePair& pair, void* taker, kernel::TakeTriangles take) {
+  kernel::SurfacePair other = pair;
+  other.error *= 64;
+  return genuine().test_surfaces(other, taker, take);
+}
+
+// Puts the first vertex an ulp away.
+void skin_with_a_wrong_vertex(const kernel::SkinLeaf& args) {
+  genuine().skin_leaf(args);
+  float& x = args.out->vertices[0];
+  x = std::nextafter(x, HUGE_VALF);
+}
+
 // Gives motions of one answer another one.
 template <MotionAnswer kind, MotionAnswer instead>
 Status motions_answered_wrongly(CollisionChecker& checker, Span<const double> from, Span<const double> to,
@@ -300,6 +336,16 @@ TEST_CASE("a short run finds nothing, covers every row, and is the same on one t
     CHECK(row["judged"] > 1000);
     CHECK(row["excess_ulps"] <= 0);
   }
+  // By five regimes and seven ways of putting two leaves together.
+  const Json& triangles = part_of(one.counts, "triangles");
+  CHECK(triangles["rows"].size() == 5 * 7);
+  CHECK(sum_of(triangles, "touching") > sum_of(triangles, "judged") / 20);
+  for (const char* some : {"undecided", "undecided_by_judge"}) {
+    CHECK(sum_of(triangles, some) > 0);
+    CHECK(sum_of(triangles, some) < sum_of(triangles, "judged"));
+  }
+  for (const char* none : {"lost", "differing"}) CHECK(sum_of(triangles, none) == 0);
+  for (const Json& row : triangles["rows"]) CHECK(row["widest_gap"] < 1);
   CHECK(one.outcome.out.find("0 violations") != std::string::npos);
   CHECK(run_verify({"--rounds", "2", "--seed", "5", "--threads", "2"}).counts == one.counts);
   CHECK(run_verify({"--rounds", "2", "--seed", "6", "--threads", "2"}).counts != one.counts);
@@ -347,7 +393,8 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "hulls"});
   CHECK(wrong.exit_code == 2);
   CHECK(wrong.error.find("--part: 'hulls' is not merges, overlaps, trees, frames, shapes, queries, rays, motions, "
-                         "spheres, points, boxes, capsules, regions, surfaces, round or depths") != std::string::npos);
+                         "spheres, points, boxes, capsules, regions, surfaces, round, depths or triangles") !=
+        std::string::npos);
 }
 
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
@@ -587,6 +634,37 @@ TEST_CASE("motions called free that touch, touching or too close that do not, an
     CHECK(broken_regimes(moments, "first, 1e-3").size() > 1);
     CHECK(broken_regimes(moments, "any, 1e-3").empty());
   }
+}
+
+TEST_CASE("triangles that are lost, or far apart and found, or by one instruction set alone, are found") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  const Json right = verify_broken(subject, {"triangles"}, 1).counts["parts"][0];
+  CHECK(sum_of(right, "violations") == 0);
+  subject.find_touching_triangles = triangles_without_some;
+  const Verdict lost = verify_broken(subject, {"triangles"}, 1);
+  CHECK(lost.exit_code == 1);
+  CHECK(sum_of(lost.counts["parts"][0], "lost") > sum_of(right, "touching") / 8);
+  CHECK(sum_of(lost.counts["parts"][0], "differing") == 0);
+  CHECK(lost.text.find("violation: triangles, smooth, seed 1, round 0: triangles that touch are called apart; A: (") !=
+        std::string::npos);
+  subject.find_touching_triangles = triangles_with_the_first;
+  const Json extra = verify_broken(subject, {"triangles"}, 1).counts["parts"][0];
+  CHECK(sum_of(extra, "lost") == 0);
+  CHECK(sum_of(extra, "false_positives") > sum_of(right, "false_positives"));
+  for (const char* method : {"near", "corner", "along a plane", "one instance", "margin"})
+    CHECK(broken_regimes(extra, method).size() > 2);
+  subject.find_touching_triangles = perf::Subject().find_touching_triangles;
+  kernel::KernelTable table = genuine();
+  table.test_surfaces = surfaces_with_more_error;
+  subject.kernels = &table;
+  const Json differing = verify_broken(subject, {"triangles"}, 1).counts["parts"][0];
+  CHECK(sum_of(differing, "differing") > 0);
+  CHECK(sum_of(differing, "lost") == 0);
+  CHECK(sum_of(differing, "violations") > 0);
+  table = genuine();
+  table.skin_leaf = skin_with_a_wrong_vertex;
+  CHECK(sum_of(verify_broken(subject, {"triangles"}, 1).counts["parts"][0], "violations") > 0);
 }
 
 }  // namespace cab::tests
