@@ -112,6 +112,8 @@ template <class V>
 std::uint32_t near_triangles(const SkinnedLeaf& leaf, std::uint32_t patch_count, const float (&lo)[3],
                              const float (&hi)[3], std::uint32_t* out);
 template <class V>
+std::uint32_t ray_triangles(const SurfaceRay& ray, MetTriangle* out);
+template <class V>
 bool test_surfaces(const SurfacePair& job, void* taker, bool (*take)(void* taker, const TrianglePairs& pairs));
 
 namespace {
@@ -169,6 +171,7 @@ constexpr KernelTable table_of(Isa isa) {
           test_round_body<V>,
           skin_leaf<V>,
           near_triangles<V>,
+          ray_triangles<V>,
           test_surfaces<V>};
 }
 

@@ -48,7 +48,9 @@ struct RoundPoses;
 struct RoundTest;
 struct SkinLeaf;
 struct SkinnedLeaf;
+struct MetTriangle;
 struct SurfacePair;
+struct SurfaceRay;
 struct TrianglePairs;
 template <class Tile>
 struct TileDescent;
@@ -109,6 +111,7 @@ struct KernelTable {
   void (*skin_leaf)(const SkinLeaf&);
   std::uint32_t (*near_triangles)(const SkinnedLeaf&, std::uint32_t patch_count, const float (&lo)[3],
                                   const float (&hi)[3], std::uint32_t* out);
+  std::uint32_t (*ray_triangles)(const SurfaceRay&, MetTriangle* out);
   bool (*test_surfaces)(const SurfacePair&, void* taker, bool (*take)(void* taker, const TrianglePairs&));
 };
 
