@@ -38,6 +38,8 @@ inline void add_stats(QueryStats& sum, const QueryStats& part) {
   sum.instances += part.instances;
   sum.leaf_tests += part.leaf_tests;
   sum.exact_tests += part.exact_tests;
+  sum.leaves_skinned += part.leaves_skinned;
+  sum.leaves_replaced += part.leaves_replaced;
   sum.instances_posed += part.instances_posed;
   sum.instances_masked += part.instances_masked;
   sum.clamped += part.clamped;

@@ -71,7 +71,8 @@ class ConvexTester {
   void add_triangles(const ExactLeaf& surface, const ExactLeaf& other, float margin, std::uint32_t id) {
     double shift[3];
     origin_difference(surface, other, shift);
-    const kernel::SkinnedLeaf& skin = skinned(frame_, surface, nullptr, scratch_.skins, stats_);
+    const kernel::SkinnedLeaf& skin =
+        skinned(frame_, surface, nullptr, scratch_.skins, {stats_.leaves_skinned, stats_.leaves_replaced});
     const SurfaceLeaves& of = surface.batch->articulation->surface;
     const SurfaceLeaf& leaf = of.leaves[surface.leaf];
     const LeafShapes shapes = shapes_of(other);

@@ -57,15 +57,15 @@ void forget_skinned(SkinCache& cache) {
 }
 
 const kernel::SkinnedLeaf& skinned(const FrameContext& frame, const ExactLeaf& leaf, const kernel::SkinnedLeaf* beside,
-                                   SkinCache& cache, FrameStats& stats) {
+                                   SkinCache& cache, SkinCounts counts) {
   // The last place is for a leaf whose own is that of `beside`.
   const std::size_t last = cache.keys.size - 1;
   std::size_t place = place_of(leaf, last);
   if (&cache.leaves[place] == beside) place = last;
   SkinCache::Key& key = cache.keys[place];
   if (has(key, leaf)) return cache.leaves[place];
-  stats.leaves_replaced += key.batch != 0;
-  ++stats.leaves_skinned;
+  counts.replaced += key.batch != 0;
+  ++counts.skinned;
   key = {leaf.batch_index + 1, leaf.instance, leaf.leaf};
   skin(frame, leaf, cache, cache.leaves[place]);
   return cache.leaves[place];

@@ -1,4 +1,4 @@
-// The leaves that a worker has skinned in a frame. A leaf is skinned when a pair asks for it, and waits for the next
+// The leaves that a worker has skinned in a call. A leaf is skinned when a pair asks for it, and waits for the next
 // pair that does.
 #pragma once
 
@@ -26,6 +26,11 @@ struct SkinCache {
   Span<std::uint32_t> near;  // triangles of one leaf
 };
 
+// Receives how often leaves were skinned, and how often in the place of another.
+struct SkinCounts {
+  std::uint64_t &skinned, &replaced;
+};
+
 // Makes as many places as fit 2 MiB, at most 1024, and three where leaves are larger. Throws std::bad_alloc.
 void size_skin_cache(const SkinNeeds& needs, Arena& arena, SkinCache& out);
 
@@ -35,6 +40,6 @@ void forget_skinned(SkinCache& cache);
 // Where a leaf's skin is. The answer stays as it is while no leaf but one more is asked for with it as `beside`, which
 // keeps its place.
 const kernel::SkinnedLeaf& skinned(const FrameContext& frame, const ExactLeaf& leaf, const kernel::SkinnedLeaf* beside,
-                                   SkinCache& cache, FrameStats& stats);
+                                   SkinCache& cache, SkinCounts counts);
 
 }  // namespace cab

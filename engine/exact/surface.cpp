@@ -16,17 +16,36 @@ namespace {
 // Farther from each other than this, two origins are those of bodies that are apart: each is within kMaxCoordinate.
 constexpr double kMostShift = 4 * static_cast<double>(kMaxCoordinate);
 
-// A triangle in double, and how large numbers were on the way to its corners.
-struct PlacedTriangle {
-  kernel::TriangleLanes<double> at;
-  double size;
+// The poses of an instance's links in double. Those of the first few that are asked for are computed once: corners of a
+// triangle are mostly moved by the same links.
+class LinkPoses {
+ public:
+  explicit LinkPoses(const ExactLeaf& leaf) : leaf_(leaf) {}
+
+  // The answer stays as it is until the next one.
+  const kernel::RigidLanes<double>& at(std::uint32_t link) {
+    std::uint32_t i = 0;
+    while (i < count_ && links_[i] != link) ++i;
+    if (i == count_) {
+      if (count_ < kKept) ++count_;
+      i = count_ - 1;
+      links_[i] = link;
+      poses_[i] = pose_in_double(stored_pose(*leaf_.batch, leaf_.instance, link));
+    }
+    return poses_[i];
+  }
+
+ private:
+  static constexpr std::uint32_t kKept = 8;
+  const ExactLeaf& leaf_;
+  std::uint32_t count_ = 0, links_[kKept];
+  kernel::RigidLanes<double> poses_[kKept];
 };
 
 // Where a vertex of a skin is, about the origin of its instance. size: becomes at least as large as the numbers on the
 // way.
-Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, double& size) {
-  const InstanceBatch& batch = *leaf.batch;
-  const SurfaceLeaves& surface = batch.articulation->surface;
+Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, LinkPoses& poses, double& size) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
   const Double3 at = double3(surface.vertices.data + 3 * std::size_t{vertex});
   Double3 sum = {0, 0, 0};
   double weights = 0;
@@ -42,7 +61,7 @@ Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, double& size
       bound = ((at.x * x + at.y * y) + at.z * z) + t;
       reach = ((reach.x * kernel::abs(x) + reach.y * kernel::abs(y)) + reach.z * kernel::abs(z)) + kernel::abs(t);
     }
-    const kernel::RigidLanes<double> pose = pose_in_double(stored_pose(batch, leaf.instance, link));
+    const kernel::RigidLanes<double>& pose = poses.at(link);
     sum = sum + weight * (pose.translation + kernel::rotate(pose.column, pose.scale * bound));
     weights += weight;
     size = std::max(size, pose.scale * kernel::sum(reach) + kernel::sum(kernel::abs(pose.translation)));
@@ -62,14 +81,6 @@ std::uint32_t vertex_of(const ExactLeaf& leaf, std::uint32_t triangle, std::uint
 std::uint32_t index_of(const ExactLeaf& leaf, std::uint32_t triangle) {
   const SurfaceLeaves& surface = leaf.batch->articulation->surface;
   return surface.patches[surface.leaves[leaf.leaf].patch_begin + triangle / kLanes].triangle[triangle % kLanes];
-}
-
-PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle, const double (&shift)[3]) {
-  PlacedTriangle out = {{}, 0};
-  for (std::uint32_t i = 0; i < 3; ++i)
-    out.at.corner[i] =
-        skinned_vertex(leaf, vertex_of(leaf, triangle, i), out.size) + Double3{shift[0], shift[1], shift[2]};
-  return out;
 }
 
 // Two leaves, and who takes the triangles of them that touch.
@@ -107,12 +118,16 @@ struct SurfaceTest {
   }
 };
 
-const TrianglePatch* patches_of(const ExactLeaf& leaf) {
-  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
-  return surface.patches.data + surface.leaves[leaf.leaf].patch_begin;
-}
-
 }  // namespace
+
+PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle, const double (&shift)[3]) {
+  PlacedTriangle out = {{}, 0};
+  LinkPoses poses(leaf);
+  for (std::uint32_t i = 0; i < 3; ++i)
+    out.at.corner[i] =
+        skinned_vertex(leaf, vertex_of(leaf, triangle, i), poses, out.size) + Double3{shift[0], shift[1], shift[2]};
+  return out;
+}
 
 void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin,
                              SkinCache& cache, FrameStats& stats, void* taker, TakeTouching take) {
@@ -121,8 +136,9 @@ void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, cons
   origin_difference(a, b, test.shift);
   for (const double by : test.shift)
     if (std::fabs(by) > kMostShift) return;
-  const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, cache, stats),
-                            &skin_b = skinned(frame, b, &skin_a, cache, stats);
+  const SkinCounts counts = {stats.leaves_skinned, stats.leaves_replaced};
+  const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, cache, counts),
+                            &skin_b = skinned(frame, b, &skin_a, cache, counts);
   kernel::SurfacePair pair = {skin_a,
                               skin_b,
                               patches_of(a),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/exact/skin_cache.h"
+#include "kernels/surface/test_triangles.h"
 #include "layout/convex_shape.h"
 
 namespace cab {
@@ -11,6 +12,22 @@ inline bool has_triangles(const ExactLeaf& leaf) {
   const SurfaceLeaves& surface = leaf.batch->articulation->surface;
   return !surface.leaves.empty() && surface.leaves[leaf.leaf].patch_count > 0;
 }
+
+// The patches of a leaf that has triangles.
+inline const TrianglePatch* patches_of(const ExactLeaf& leaf) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
+  return surface.patches.data + surface.leaves[leaf.leaf].patch_begin;
+}
+
+// A triangle in double, and how large numbers were on the way to its corners.
+struct PlacedTriangle {
+  kernel::TriangleLanes<double> at;
+  double size;
+};
+
+// A triangle of a leaf: kLanes times its patch, and its lane. Its corners are about the origin of its instance, plus
+// the shift.
+PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle, const double (&shift)[3]);
 
 // Takes two triangles that touch: their indices in Leaf::triangles, over 3. Returns whether to go on.
 using TakeTouching = bool (*)(void* taker, std::uint32_t a, std::uint32_t b);

@@ -45,6 +45,8 @@ QueryMemoryPtr make_query_memory(const MemoryNeeds& needs, std::size_t workers, 
     worker->hits = make_list<QueryHit>(own, 2 * needs.queries + kSpareHits);
     worker->of_instance = make_list<QueryHit>(own, needs.joints);
     worker->at_link = own.allocate<std::uint32_t>(needs.joints);
+    size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, own, worker->skins);
+    worker->met_triangles = own.allocate<kernel::MetTriangle>(kLanes, needs.surface_patches);
     memory->workers.push_back(std::move(worker));
   }
   return memory;

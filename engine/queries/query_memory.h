@@ -1,10 +1,12 @@
 // The memory of a call of run_queries: what is kept per query, and what each worker keeps.
 #pragma once
 
+#include "engine/exact/skin_cache.h"
 #include "engine/queries/query_index.h"
 #include "engine/session/engine.h"
 #include "kernels/posed_cluster.h"
 #include "kernels/search_round.h"
+#include "kernels/surface/ray_triangles.h"
 #include "layout/tile.h"
 
 #include <cab/query.h>
@@ -43,6 +45,8 @@ struct QueryWorker {
   FixedList<QueryHit> hits;                 // of the queries of a chunk, until they are written in order
   FixedList<QueryHit> of_instance;          // of one query and instance: one per link
   Span<std::uint32_t> at_link;              // by link: 1 + its index in of_instance; 0 between instances
+  SkinCache skins;                          // of leaves that rays have met; without places if none has triangles
+  Span<kernel::MetTriangle> met_triangles;  // by one ray, of one leaf
   QueryStats stats;
 };
 

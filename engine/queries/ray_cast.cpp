@@ -149,6 +149,79 @@ struct Brick {
   }
 };
 
+// A triangle about a point in its middle. Points and segments are triangles, too.
+struct TriangleCore {
+  Double3 corner[3], edge[3], normal;  // edge: from each corner to the next. normal: of length 1, or 0
+  double edge_sq[3];
+  int longest = 0;  // edge
+
+  explicit TriangleCore(const Double3 (&corners)[3]) {
+    for (int k = 0; k < 3; ++k) {
+      corner[k] = corners[k];
+      edge[k] = corners[(k + 1) % 3] - corners[k];
+      edge_sq[k] = dot(edge[k], edge[k]);
+      if (edge_sq[k] > edge_sq[longest]) longest = k;
+    }
+    // In a thin triangle rounding turns the normal along the longest edge.
+    Double3 n = cross(edge[0], edge[1]);
+    if (edge_sq[longest] > 0) n = kernel::across(n, edge[longest], edge_sq[longest]);
+    const double size = length(n);
+    normal = size > 0 ? (1 / size) * n : Double3{0, 0, 0};
+  }
+
+  double height(const Double3& n) const { return std::max({dot(n, corner[0]), dot(n, corner[1]), dot(n, corner[2])}); }
+
+  // Whether a point is in the triangle, seen along the normal, and the weights of the corners there. First across the
+  // longest edge, then along it: so both are right in a thin triangle, too.
+  bool weigh_inside(const Double3& x, double (&weights)[3]) const {
+    const int from = longest, to = (from + 1) % 3, third = (from + 2) % 3;
+    const Double3 across = cross(normal, edge[from]), side = corner[third] - corner[from], way = x - corner[from];
+    const double height = dot(across, side);
+    if (!(height > 0)) return false;
+    weights[third] = dot(across, way) / height;
+    weights[to] = dot(way - weights[third] * side, edge[from]) / edge_sq[from];
+    weights[from] = (1 - weights[third]) - weights[to];
+    return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
+  }
+
+  // Of the edge that is nearest to a point: its number, and how far along it the nearest point is, 0 to 1.
+  struct OnEdge {
+    int edge;
+    double along;
+    Double3 v;  // from there to the point
+  };
+  OnEdge nearest_edge(const Double3& x) const {
+    OnEdge out = {0, 0, {}};
+    double least = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+      const Double3 from = x - corner[k];
+      const double along = edge_sq[k] > 0 ? std::clamp(dot(from, edge[k]) / edge_sq[k], 0.0, 1.0) : 0;
+      Double3 v = from - along * edge[k];
+      if (along >= 1) v = x - corner[(k + 1) % 3];
+      if (along > 0 && along < 1) v = kernel::across(v, edge[k], edge_sq[k]);
+      const double distance_sq = dot(v, v);
+      if (distance_sq < least) {
+        least = distance_sq;
+        out = {k, along, v};
+      }
+    }
+    return out;
+  }
+
+  double offset(const Double3& x, Double3* n) const {
+    double weights[3];
+    if (weigh_inside(x, weights)) {
+      const double above = dot(normal, x - corner[0]);
+      *n = above < 0 ? -1.0 * normal : normal;
+      return std::fabs(above);
+    }
+    const Double3 v = nearest_edge(x).v;
+    const double distance = length(v);
+    if (distance > 0) *n = (1 / distance) * v;
+    return distance;
+  }
+};
+
 // Moves the beginning of a chord forward, by the plane across the direction from the core's closest point each time:
 // Newton's method on the distance, which is convex along the chord. Returns whether the sphere touches.
 template <class Core>
@@ -241,6 +314,11 @@ bool cut_at_entry(Chord& chord, const Ellipsoid& core) {
 bool cut_at_entry(Chord& chord, const Brick& core) {
   kernel::cut_at_faces(core.faces, chord);
   return chord.is_left;
+}
+
+bool cut_at_entry(Chord& chord, const TriangleCore& core) {
+  const Double3 &n = core.normal, back = -1.0 * n;
+  return !(dot(n, n) > 0) || (chord.cut(n, core.height(n)) && chord.cut(back, core.height(back)));
 }
 
 // The hull of vertices, relative to `shape.part`'s origin, times a factor.
@@ -434,6 +512,30 @@ bool cast_hull(Chord& chord, const ConvexShape& shape, double scale, double size
   return does_touch;
 }
 
+// Where a triangle is: a point in its middle, the corners about that, and how far they reach from it.
+struct TrianglePlace {
+  Double3 center, corner[3];
+  double reach;
+};
+
+TrianglePlace place_of(const PlacedTriangle& triangle) {
+  const auto& at = triangle.at.corner;
+  TrianglePlace out;
+  out.center = 0.5 * (kernel::min(kernel::min(at[0], at[1]), at[2]) + kernel::max(kernel::max(at[0], at[1]), at[2]));
+  out.reach = 0;
+  for (int k = 0; k < 3; ++k) {
+    out.corner[k] = at[k] - out.center;
+    out.reach = std::max(out.reach, length(out.corner[k]));
+  }
+  return out;
+}
+
+// Each coordinate of a corner may be off by kSurfaceErrorDouble of the size.
+double slack_of(const LocalRay& ray, const PlacedTriangle& triangle, const TrianglePlace& place) {
+  return slack_of(ray, place.reach, norm_1(place.center) + norm_1(ray.at - place.center)) +
+         2 * kSurfaceErrorDouble * triangle.size;
+}
+
 Double3 grown(const Double3& radii, double least) {
   return {std::max(radii.x, least), std::max(radii.y, least), std::max(radii.z, least)};
 }
@@ -447,6 +549,10 @@ double ray_slack(const LocalRay& ray, const BoxAos& box) {
 double ray_slack(const LocalRay& ray, const ConvexShape& shape, const StoredPose& at) {
   const Place place = place_of(shape, at);
   return slack_of(ray, place.scale * reach_of(shape), place.away + norm_1(ray.at - place.center));
+}
+
+double ray_slack(const LocalRay& ray, const PlacedTriangle& triangle) {
+  return slack_of(ray, triangle, place_of(triangle));
 }
 
 bool cast_ray(const LocalRay& ray, const BoxAos& box, RayTouch* out) {
@@ -495,6 +601,28 @@ bool cast_ray(const LocalRay& ray, const ConvexShape& shape, const StoredPose& a
   for (Double3* v : {&chord.from, &chord.along, &chord.normal}) *v = kernel::rotate(place.column, *v);
   report(ray, chord, place.center, shift, out);
   return true;
+}
+
+bool cast_ray(const LocalRay& ray, const PlacedTriangle& triangle, RayTouch* out) {
+  const TrianglePlace place = place_of(triangle);
+  Chord chord;
+  double shift;
+  if (!begin_chord(ray, ray.at - place.center, place.reach, slack_of(ray, triangle, place), &chord, &shift) ||
+      !touches(chord, TriangleCore(place.corner)))
+    return false;
+  report(ray, chord, place.center, shift, out);
+  return true;
+}
+
+void weigh_corners(const PlacedTriangle& triangle, const Double3& point, double (&weights)[3]) {
+  const TrianglePlace place = place_of(triangle);
+  const TriangleCore core(place.corner);
+  const Double3 at = point - place.center;
+  if (core.weigh_inside(at, weights)) return;
+  const TriangleCore::OnEdge nearest = core.nearest_edge(at);
+  weights[0] = weights[1] = weights[2] = 0;
+  weights[nearest.edge] = 1 - nearest.along;
+  weights[(nearest.edge + 1) % 3] = nearest.along;
 }
 
 }  // namespace cab

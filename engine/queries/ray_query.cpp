@@ -3,6 +3,7 @@
 
 #include "engine/exact/convex.h"
 #include "engine/exact/convex_queues.h"
+#include "engine/queries/surface_rays.h"
 #include "layout/error_bounds.h"
 #include "layout/rounded_up.h"
 
@@ -62,6 +63,13 @@ bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t
   *out = at_box;
   if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
+  const ExactLeaf exact = exact_leaf(run_.frame, one.slot, one.instance, leaf);
+  if (run_.job.exact == Exact::kSurface && has_triangles(exact)) {
+    SurfaceTouch first;
+    if (!cast_surface(run_, exact, ray, &first)) return false;
+    *out = first.touch;
+    return true;
+  }
   const LeafShapes shapes = shapes_of(run_, one, leaf);
   LocalRay in_box = ray;  // half spaces begin where the box does
   in_box.begin = at_box.at;
@@ -155,6 +163,19 @@ void RayQuery::finish(PastRay& ray) {
     if (hits_.is_found()) kernel::shorten(search, static_cast<double>(hits_.most()));
   }
   hits_.finish();
+}
+
+SurfacePoint RayQuery::surface_point(const QueryHit& hit) {
+  const std::uint32_t slot = hit.batch.value - 1;
+  const ExactLeaf leaf = exact_leaf(run_.frame, slot, hit.instance, hit.leaf);
+  PosedInstance one = {leaf.batch, slot, hit.instance, 0, nullptr, 0, {}};
+  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(*leaf.batch, hit.instance, c) - query_.position[c];
+  kernel::EnteringRay<double> ray;
+  ray.direction = double3(query_.direction);
+  aim(ray);
+  direction_ = ray.along;
+  SurfaceTouch first;
+  return cast_surface(run_, leaf, at_instance(one).ray, &first) ? cab::surface_point(leaf, first) : SurfacePoint();
 }
 
 namespace {

@@ -19,6 +19,9 @@ class RayQuery {
   // Finds the first link of the job's histories among the leaves that a search has met.
   void finish(PastRay& ray);
 
+  // Where on the triangles of its leaf a hit of this query is, by another cast at them. No other hit may be known.
+  SurfacePoint surface_point(const QueryHit& hit);
+
   // A probe of histories.
   bool enter();
   bool next(kernel::IndexWalk& walk, kernel::MetBounds* met) const {

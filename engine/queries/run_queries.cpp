@@ -5,6 +5,7 @@
 #include "engine/queries/past_rays.h"
 #include "engine/queries/query_indexes.h"
 #include "engine/queries/sphere_query.h"
+#include "engine/queries/surface_rays.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/session/call.h"
 #include "engine/session/rest.h"
@@ -27,7 +28,8 @@ constexpr std::uint32_t kTilesPerTask = 8;
 
 // A worker takes so many tasks of a chunk, unless they would have fewer or more queries than this.
 constexpr std::uint32_t kTasksPerWorker = 8, kLeastQueriesPerTask = 8, kMostQueriesPerTask = HistoryMemory::kMostRays;
-constexpr std::uint32_t kPrefetched = 12;  // how many queries ahead one is prefetched
+constexpr std::uint32_t kHitsPerTask = 64;  // whose places on surfaces are found
+constexpr std::uint32_t kPrefetched = 12;   // how many queries ahead one is prefetched
 
 // Queries are put in order along the curve if a chunk has more than this.
 constexpr std::uint32_t kQueriesInAnyOrder = 64;
@@ -64,20 +66,34 @@ Status validate(const Engine& engine, Call& call, QueryJob& job) {
   };
   if (any_input([](const InstanceBatch& batch) { return batch.kind != BatchKind::kCharacters; }))
     return Status::kBadBatchKind;
-  if (job.exact != Exact::kNone && job.exact != Exact::kConvex) return Status::kExactNotBuilt;
+  if (job.exact != Exact::kNone && job.exact != Exact::kConvex && job.exact != Exact::kSurface)
+    return Status::kExactNotBuilt;
   if (job.exact != Exact::kNone &&
       any_input([](const InstanceBatch& batch) { return batch.articulation->lod.posed != nullptr; }))
     return Status::kLodWithoutShapes;
-  if (job.exact != Exact::kNone && any_input([](const InstanceBatch& batch) { return has_skin(*batch.articulation); }))
-    return Status::kSkinNotTaken;
+  const bool has_skins = any_input([](const InstanceBatch& batch) { return has_skin(*batch.articulation); });
+  if (job.exact == Exact::kConvex && has_skins) return Status::kSkinNotTaken;
   if (job.queries.size && !job.queries.data) return Status::kBadQuery;
   if (const BadQuery bad = first_bad_query(engine, job); bad.status != Status::kOk) {
     job.bad_query = bad.index;
     return bad.status;
   }
+  if (job.exact == Exact::kSurface && has_skins) {
+    const auto is_taken = [](const Query& query) {
+      return query.kind == QueryKind::kRay || query.kind == QueryKind::kRegion;
+    };
+    const Query* const end = job.queries.data + job.queries.size;
+    const Query* const other = std::find_if_not(job.queries.data, end, is_taken);
+    if (other != end) {
+      job.bad_query = static_cast<std::size_t>(other - job.queries.data);
+      return Status::kSkinNotTaken;
+    }
+  }
   if (const Status status = bind_histories(engine, call, job.histories); status != Status::kOk) return status;
   if ((job.hits.size && !job.hits.data) || (job.links.size && !job.links.data)) return Status::kBadHitBuffer;
   if (job.hits.size && job.links.size) return Status::kBadHitBuffer;
+  const Span<SurfacePoint> points = job.surface_points;
+  if (!points.empty() && (!points.data || points.size != job.hits.size)) return Status::kBadOutput;
   if (!job.counts.empty() && (!job.counts.data || job.counts.size != job.queries.size)) return Status::kBadOutput;
   if (!job.found.empty() && (!job.found.data || job.found.size != job.queries.size)) return Status::kBadOutput;
   return Status::kOk;
@@ -172,7 +188,10 @@ const QueryIndex& index_for(Engine& engine, Call& call, const FrameContext& fram
   }
   QueryMemory& memory = *call.reader().queries;
   if (memory.posed_of != lease->serial())
-    for (const auto& worker : memory.workers) forget_clusters(worker->posed);
+    for (const auto& worker : memory.workers) {
+      forget_clusters(worker->posed);
+      forget_skinned(worker->skins);
+    }
   memory.posed_of = lease->serial();
   return lease->index();
 }
@@ -532,6 +551,28 @@ void write_hits(const Chunk& chunk, Span<Hit> list) {
       tasks, [&](std::uint32_t task, std::uint32_t w) { write_others(chunk, chunk.run(w), task, list); });
 }
 
+// Where on a surface a hit is.
+SurfacePoint surface_point(const QueryRun& run, const QueryHit& hit) {
+  const Query& query = run.job.queries[hit.query];
+  const ExactLeaf leaf = exact_leaf(run.frame, hit.batch.value - 1, hit.instance, hit.leaf);
+  if (run.job.exact != Exact::kSurface || query.kind != QueryKind::kRay || !has_triangles(leaf)) return {};
+  HitBuffer none({}, 0);
+  LinkHits hits(run, query, hit.query, none);
+  return RayQuery(run, query, hits).surface_point(hit);
+}
+
+// Writes where on surfaces the hits of a chunk are, of hits[first] on.
+void write_surface_points(const Chunk& chunk, const QueryJob& job, std::size_t first) {
+  const std::size_t count = job.hits_needed - first;
+  const auto tasks = static_cast<std::uint32_t>((count + kHitsPerTask - 1) / kHitsPerTask);
+  chunk.pool.tasks->for_each(tasks, [&](std::uint32_t task, std::uint32_t w) {
+    const QueryRun run = chunk.run(w);
+    const std::size_t begin = first + std::size_t{task} * kHitsPerTask;
+    for (std::size_t i = begin; i < std::min(begin + kHitsPerTask, job.hits_needed); ++i)
+      job.surface_points[i] = surface_point(run, job.hits[i]);
+  });
+}
+
 void run_chunk(const Chunk& chunk, QueryJob& job) {
   for (const auto& worker : chunk.memory.workers) {
     worker->hits.clear();
@@ -549,6 +590,7 @@ void run_chunk(const Chunk& chunk, QueryJob& job) {
     write_hits(chunk, job.links);
   else
     write_hits(chunk, job.hits);
+  if (!job.surface_points.empty()) write_surface_points(chunk, job, chunk.memory.hit_begin[0]);
 }
 
 // Answers all queries of a job, as many in a chunk as are likely to have so few hits that these stay in cache until

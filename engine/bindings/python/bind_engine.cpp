@@ -36,6 +36,8 @@ void bind_stats(py::module_& module) {
       .def_readonly("instances", &QueryStats::instances)
       .def_readonly("leaf_tests", &QueryStats::leaf_tests)
       .def_readonly("exact_tests", &QueryStats::exact_tests)
+      .def_readonly("leaves_skinned", &QueryStats::leaves_skinned)
+      .def_readonly("leaves_replaced", &QueryStats::leaves_replaced)
       .def_readonly("instances_posed", &QueryStats::instances_posed)
       .def_readonly("instances_masked", &QueryStats::instances_masked)
       .def_readonly("clamped", &QueryStats::clamped)

@@ -347,11 +347,17 @@ int main(void) {
   MEMBER(QueryLink, link, "link", "u16", 0);
   MEMBER(QueryLink, leaf, "leaf", "u16", 0);
   END();
+  STRUCT(SurfacePoint, "false");
+  MEMBER(SurfacePoint, triangle, "triangle", "u32", 0);
+  MEMBER(SurfacePoint, weights, "weights", "f32", 3);
+  END();
   STRUCT(QueryStats, "false");
   MEMBER(QueryStats, nodes, "nodes", "u64", 0);
   MEMBER(QueryStats, instances, "instances", "u64", 0);
   MEMBER(QueryStats, leaf_tests, "leafTests", "u64", 0);
   MEMBER(QueryStats, exact_tests, "exactTests", "u64", 0);
+  MEMBER(QueryStats, leaves_skinned, "leavesSkinned", "u64", 0);
+  MEMBER(QueryStats, leaves_replaced, "leavesReplaced", "u64", 0);
   MEMBER(QueryStats, instances_posed, "instancesPosed", "u64", 0);
   MEMBER(QueryStats, instances_masked, "instancesMasked", "u64", 0);
   MEMBER(QueryStats, clamped, "clamped", "u64", 0);
@@ -368,6 +374,7 @@ int main(void) {
   MEMBER(QueryJob, exact, "exact", "Exact", 0);
   MEMBER(QueryJob, reuse_bounds, "reuseBounds", "bool", 0);
   MEMBER(QueryJob, hits, "hits", "[QueryHit]", 0);
+  MEMBER(QueryJob, surface_points, "surfacePoints", "[SurfacePoint]", 0);
   MEMBER(QueryJob, links, "links", "[QueryLink]", 0);
   MEMBER(QueryJob, counts, "counts", "[u32]", 0);
   MEMBER(QueryJob, found, "found", "[u8]", 0);

@@ -232,9 +232,10 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes room.
 // Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
-// neither kNone nor kConvex), kLodWithoutShapes, kSkinNotTaken (with kConvex), kUnknownHistory, kHistoryGivenTwice,
-// kBadHitBuffer, kBadOutput (found or counts is neither empty nor as long as queries), kHitsOverflow, kOutOfMemory (TBB
-// had no memory for its tasks); and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that
+// kFcl), kLodWithoutShapes, kSkinNotTaken (with kConvex; with kSurface a query that is neither a ray nor a region),
+// kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found or counts is neither empty nor as long as
+// queries, or surface_points neither empty nor as long as hits), kHitsOverflow, kOutOfMemory (TBB had no memory for its
+// tasks); and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that
 // is not one of this engine.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;

@@ -106,6 +106,7 @@ typedef struct cab_Query cab_Query;
 typedef struct cab_QueryPlane cab_QueryPlane;
 typedef struct cab_QueryHit cab_QueryHit;
 typedef struct cab_QueryLink cab_QueryLink;
+typedef struct cab_SurfacePoint cab_SurfacePoint;
 typedef struct cab_QueryStats cab_QueryStats;
 typedef struct cab_QueryJob cab_QueryJob;
 typedef struct cab_Policies cab_Policies;
@@ -206,6 +207,10 @@ typedef struct cab_QueryHitSpan {
   cab_QueryHit* data;  // the first value
   size_t size;         // how many values
 } cab_QueryHitSpan;
+typedef struct cab_SurfacePointSpan {
+  cab_SurfacePoint* data;  // the first value
+  size_t size;             // how many values
+} cab_SurfacePointSpan;
 typedef struct cab_QueryLinkSpan {
   cab_QueryLink* data;  // the first value
   size_t size;          // how many values
@@ -1441,7 +1446,9 @@ typedef struct cab_QueryHit {
       [3];  // of length 1, out of the link: CAB_QUERY_KIND_RAY: where the ray enters. CAB_QUERY_KIND_POINT: towards the
             // point. With
             // depth: along which the shape leaves the link. 0 0 0 where a ray or point begins inside
-  bool inside;  // CAB_QUERY_KIND_RAY, CAB_QUERY_KIND_POINT: whether the ray begins, or the point is, inside the link
+  bool
+      inside;  // CAB_QUERY_KIND_RAY, CAB_QUERY_KIND_POINT: whether the ray begins, or the point is, inside the link, or
+               // on its surface
 } cab_QueryHit;
 
 // A link that a query found, without where it was met: the first members of its cab_QueryHit, in a third of the memory.
@@ -1453,7 +1460,14 @@ typedef struct cab_QueryLink {
   uint16_t leaf;        // its nearest leaf, as in cab_QueryHit
 } cab_QueryLink;
 
-// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. With
+// Where on the triangles of a skin a hit is.
+typedef struct cab_SurfacePoint {
+  uint32_t triangle;  // index of its first corner in cab_Leaf.triangles, over 3; of hits that are not on
+                      // triangles 0xffffffff
+  float weights[3];   // of the three corners, in their order: 0 to 1, and they add to 1 but for rounding
+} cab_SurfacePoint;
+
+// What a call did. Counts depend neither on the instruction set nor on threads, but for those that say so. With
 // reuse_bounds those of the search depend on which calls came before. Seconds are sums over threads, except
 // seconds_total.
 typedef struct cab_QueryStats {
@@ -1461,6 +1475,8 @@ typedef struct cab_QueryStats {
   uint64_t instances;        // instances whose bounds a query met
   uint64_t leaf_tests;       // leaves that a query may meet, by their boxes or bounds in float
   uint64_t exact_tests;      // of those the ones whose exact shapes were tested
+  uint64_t leaves_skinned;   // how often a leaf's triangles were skinned; depends on the threads
+  uint64_t leaves_replaced;  // of these, in the place of another leaf that had been skinned; likewise
   uint64_t instances_posed;  // how often instances were posed for tests; depends on the threads
   // Instances of inputs that took no part (cab_InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
   // inputs.
@@ -1492,8 +1508,10 @@ typedef struct cab_QueryJob {
   // The planes of regions.
   cab_ConstQueryPlaneSpan planes;
 
-  // Whether shapes decide, or boxes alone: CAB_EXACT_NONE or CAB_EXACT_CONVEX. A region always asks for boxes. Default:
-  // boxes, those that cab_compute_boxes gives.
+  // Whether shapes decide, or boxes alone: CAB_EXACT_NONE, CAB_EXACT_CONVEX or CAB_EXACT_SURFACE. With
+  // CAB_EXACT_SURFACE rays meet the triangles of a skin, and shapes as with CAB_EXACT_CONVEX; if an input has a skin,
+  // only rays and regions are answered. A region always asks for boxes. Default: boxes, those that cab_compute_boxes
+  // gives.
   cab_Exact exact;
 
   // States that inputs are those of the last frame that answered CAB_STATUS_OK: same batches, counts, instances, poses,
@@ -1504,6 +1522,10 @@ typedef struct cab_QueryJob {
   // Output: room for the hits of all queries that want CAB_QUERY_WANT_CLOSEST or CAB_QUERY_WANT_ALL. Empty (default):
   // room for no hit.
   cab_QueryHitSpan hits;
+
+  // Output: of each hit where on the triangles of a skin it is; as many as `hits` has room for. Empty
+  // (default): not written.
+  cab_SurfacePointSpan surface_points;
 
   // Output: the same hits in the same order, as a short list. If it has room for any, `hits` must have none.
   // Empty (default): not written.
@@ -1522,8 +1544,8 @@ typedef struct cab_QueryJob {
   // Output: how many hits there are, whether there is room for them or not.
   size_t hits_needed;
 
-  // Output: after CAB_STATUS_BAD_QUERY, and after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, the index of the
-  // query at fault.
+  // Output: after CAB_STATUS_BAD_QUERY, after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, and after
+  // CAB_STATUS_SKIN_NOT_TAKEN with CAB_EXACT_SURFACE: the index of the query at fault.
   size_t bad_query;
 
   // Output: counts and times of this call.
@@ -1800,12 +1822,13 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes
 // room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a
-// sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is neither CAB_EXACT_NONE nor CAB_EXACT_CONVEX),
-// CAB_STATUS_LOD_WITHOUT_SHAPES, CAB_STATUS_SKIN_NOT_TAKEN (with CAB_EXACT_CONVEX), CAB_STATUS_UNKNOWN_HISTORY,
-// CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found or counts is neither empty
-// nor as long as queries), CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and
-// CAB_STATUS_UNKNOWN_BATCH for a history whose batch was removed, and for an ignored_batch that is not one of this
-// engine. Thread: any, beside other reads.
+// sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is CAB_EXACT_FCL), CAB_STATUS_LOD_WITHOUT_SHAPES,
+// CAB_STATUS_SKIN_NOT_TAKEN (with CAB_EXACT_CONVEX; with CAB_EXACT_SURFACE a query that is neither a ray nor a region),
+// CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found
+// or counts is neither empty nor as long as queries, or surface_points neither empty nor as long as hits),
+// CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH
+// for a history whose batch was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside
+// other reads.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to

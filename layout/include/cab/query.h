@@ -142,7 +142,7 @@ struct QueryHit {
                     // touches the link. kPoint: the link's nearest point. With depth: the link's deepest point
   float normal[3];  // of length 1, out of the link: kRay: where the ray enters. kPoint: towards the point. With
                     // depth: along which the shape leaves the link. 0 0 0 where a ray or point begins inside
-  bool inside;      // kRay, kPoint: whether the ray begins, or the point is, inside the link
+  bool inside;      // kRay, kPoint: whether the ray begins, or the point is, inside the link, or on its surface
 };
 
 // A link that a query found, without where it was met: the first members of its QueryHit, in a third of the memory.
@@ -154,7 +154,14 @@ struct QueryLink {
   std::uint16_t leaf;      // its nearest leaf, as in QueryHit
 };
 
-// What a call did. Counts depend neither on the instruction set nor on threads, but for instances_posed. With
+// Where on the triangles of a skin a hit is.
+struct SurfacePoint {
+  std::uint32_t triangle = 0xffffffff;  // index of its first corner in Leaf::triangles, over 3; of hits that are not on
+                                        // triangles 0xffffffff
+  float weights[3] = {0, 0, 0};  // of the three corners, in their order: 0 to 1, and they add to 1 but for rounding
+};
+
+// What a call did. Counts depend neither on the instruction set nor on threads, but for those that say so. With
 // reuse_bounds those of the search depend on which calls came before. Seconds are sums over threads, except
 // seconds_total.
 struct QueryStats {
@@ -162,6 +169,8 @@ struct QueryStats {
   std::uint64_t instances = 0;        // instances whose bounds a query met
   std::uint64_t leaf_tests = 0;       // leaves that a query may meet, by their boxes or bounds in float
   std::uint64_t exact_tests = 0;      // of those the ones whose exact shapes were tested
+  std::uint64_t leaves_skinned = 0;   // how often a leaf's triangles were skinned; depends on the threads
+  std::uint64_t leaves_replaced = 0;  // of these, in the place of another leaf that had been skinned; likewise
   std::uint64_t instances_posed = 0;  // how often instances were posed for tests; depends on the threads
   // Instances of inputs that took no part (InstanceFlag says why). 0 with reuse_bounds, and if no query asks for
   // inputs.
@@ -193,8 +202,9 @@ struct QueryJob {
   // The planes of regions.
   Span<const QueryPlane> planes;
 
-  // Whether shapes decide, or boxes alone: kNone or kConvex. A region always asks for boxes. Default: boxes, those that
-  // compute_boxes gives.
+  // Whether shapes decide, or boxes alone: kNone, kConvex or kSurface. With kSurface rays meet the triangles of a skin,
+  // and shapes as with kConvex; if an input has a skin, only rays and regions are answered. A region always asks for
+  // boxes. Default: boxes, those that compute_boxes gives.
   Exact exact = Exact::kNone;
 
   // States that inputs are those of the last frame that answered kOk: same batches, counts, instances, poses, origins,
@@ -204,6 +214,10 @@ struct QueryJob {
 
   // Output: room for the hits of all queries that want kClosest or kAll. Empty (default): room for no hit.
   Span<QueryHit> hits;
+
+  // Output: of each hit where on the triangles of a skin it is; as many as `hits` has room for. Empty
+  // (default): not written.
+  Span<SurfacePoint> surface_points;
 
   // Output: the same hits in the same order, as a short list. If it has room for any, `hits` must have none.
   // Empty (default): not written.
@@ -222,7 +236,8 @@ struct QueryJob {
   // Output: how many hits there are, whether there is room for them or not.
   std::size_t hits_needed = 0;
 
-  // Output: after kBadQuery, and after kUnknownBatch for its ignored_batch, the index of the query at fault.
+  // Output: after kBadQuery, after kUnknownBatch for its ignored_batch, and after kSkinNotTaken with kSurface: the
+  // index of the query at fault.
   std::size_t bad_query = 0;
 
   // Output: counts and times of this call.

@@ -296,11 +296,16 @@ void print_layout(void) {
   MEMBER(cab_QueryLink, instance);
   MEMBER(cab_QueryLink, link);
   MEMBER(cab_QueryLink, leaf);
+  TYPE(cab_SurfacePoint);
+  MEMBER(cab_SurfacePoint, triangle);
+  MEMBER(cab_SurfacePoint, weights);
   TYPE(cab_QueryStats);
   MEMBER(cab_QueryStats, nodes);
   MEMBER(cab_QueryStats, instances);
   MEMBER(cab_QueryStats, leaf_tests);
   MEMBER(cab_QueryStats, exact_tests);
+  MEMBER(cab_QueryStats, leaves_skinned);
+  MEMBER(cab_QueryStats, leaves_replaced);
   MEMBER(cab_QueryStats, instances_posed);
   MEMBER(cab_QueryStats, instances_masked);
   MEMBER(cab_QueryStats, clamped);
@@ -316,6 +321,7 @@ void print_layout(void) {
   MEMBER(cab_QueryJob, exact);
   MEMBER(cab_QueryJob, reuse_bounds);
   MEMBER(cab_QueryJob, hits);
+  MEMBER(cab_QueryJob, surface_points);
   MEMBER(cab_QueryJob, links);
   MEMBER(cab_QueryJob, counts);
   MEMBER(cab_QueryJob, found);

@@ -605,7 +605,8 @@ class World:
         queries       what `cab.rays`, `cab.spheres`, `cab.boxes`, `cab.capsules`, `cab.points` or `cab.regions` made,
                       or several added up.
         poses         as in `run`; None: those of the last frame, as their arrays are now.
-        exact         "none" (default): boxes are the answer. "convex": exact shapes are.
+        exact         "none" (default): boxes are the answer. "convex": exact shapes are. "surface": the same, and of a
+                      skin its triangles, for rays and regions alone.
         histories     what queries with a time of their own ask.
         reuse_bounds  states that the arrays are those of the last frame, unchanged: it saves posing.
         report        "hits"; "links": hits without where they were met, a third of the memory; "counts": only
