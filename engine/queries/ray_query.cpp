@@ -55,21 +55,24 @@ bool RayQuery::enter() {
   return true;
 }
 
-// Casts the ray against the box of a leaf and then against its shapes, and writes the first touch.
+// Casts the ray against the triangles of a leaf, or against its box and then its shapes, and writes the first touch.
 bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, const BoxAos& box,
                     RayTouch* out) const {
+  if (run_.job.exact == Exact::kSurface) {
+    const ExactLeaf exact = exact_leaf(run_.frame, one.slot, one.instance, leaf);
+    if (has_triangles(exact)) {
+      ++run_.own.stats.exact_tests;
+      SurfaceTouch first;
+      if (!cast_surface(run_, exact, ray, &first)) return false;
+      *out = first.touch;
+      return true;
+    }
+  }
   RayTouch at_box;
   if (!cast_ray(ray, box, &at_box)) return false;
   *out = at_box;
   if (run_.job.exact == Exact::kNone) return true;
   ++run_.own.stats.exact_tests;
-  const ExactLeaf exact = exact_leaf(run_.frame, one.slot, one.instance, leaf);
-  if (run_.job.exact == Exact::kSurface && has_triangles(exact)) {
-    SurfaceTouch first;
-    if (!cast_surface(run_, exact, ray, &first)) return false;
-    *out = first.touch;
-    return true;
-  }
   const LeafShapes shapes = shapes_of(run_, one, leaf);
   LocalRay in_box = ray;  // half spaces begin where the box does
   in_box.begin = at_box.at;
