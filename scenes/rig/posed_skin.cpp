@@ -63,13 +63,17 @@ SkinStatus CheckedSkin::check(const rig::Skin& skin) {
     }
     for (Influence& influence : influences_[v]) influence.weight /= sum;
   }
-  const auto add = [&](const Triangle& t) {
-    if (!influences_[t[0]].empty() && !influences_[t[1]].empty() && !influences_[t[2]].empty()) triangles_.push_back(t);
+  const auto add = [&](const Triangle& t, std::uint32_t source) {
+    if (influences_[t[0]].empty() || influences_[t[1]].empty() || influences_[t[2]].empty()) return;
+    triangles_.push_back(t);
+    sources_.push_back(source);
   };
-  for (std::size_t t = 0; t < skin.triangles.size; t += 3)
-    add({skin.triangles[t], skin.triangles[t + 1], skin.triangles[t + 2]});
+  for (std::uint32_t t = 0; t < skin.triangles.size / 3; ++t) {
+    const std::uint32_t* const corners = skin.triangles.data + 3 * std::size_t{t};
+    add({corners[0], corners[1], corners[2]}, t);
+  }
   if (skin.triangles.empty())
-    for (std::uint32_t v = 0; v < vertex_count; ++v) add({v, v, v});
+    for (std::uint32_t v = 0; v < vertex_count; ++v) add({v, v, v}, v);
   return triangles_.empty() ? SkinStatus::kNoBodies : SkinStatus::kOk;
 }
 

@@ -49,6 +49,8 @@ class CheckedSkin {
 
   // The triangles whose vertices all have weights.
   const std::vector<Triangle>& triangles() const { return triangles_; }
+  // Of each of these: which triangle of the skin it is, or which vertex.
+  const std::vector<std::uint32_t>& sources() const { return sources_; }
 
   // The matrices of all joints in a pose, and all vertices as the bones carry them, in model space.
   std::vector<Affine> joints(std::size_t pose) const;
@@ -59,6 +61,7 @@ class CheckedSkin {
   std::vector<Affine> inverse_bind_;
   std::vector<std::vector<Influence>> influences_;
   std::vector<Triangle> triangles_;
+  std::vector<std::uint32_t> sources_;
 };
 
 // A rigid frame: a point p of it is at position + rotation p.
@@ -112,6 +115,7 @@ struct SurfaceStorage {
   std::vector<float> influence_weights;
   std::vector<float> inverse_bind;
   std::vector<std::uint32_t> triangles;
+  std::vector<std::uint32_t> sources;  // of each triangle: which one of the skin it is
 
   SkinDesc desc() const { return {vertices, influence_count, influence_links, influence_weights, inverse_bind}; }
 };

@@ -263,6 +263,11 @@ Span<const std::uint32_t> SkinBodies::joints() const noexcept {
   return storage_->joints;
 }
 
+Span<const std::uint32_t> SkinBodies::source_triangles() const noexcept {
+  if (storage_ == nullptr) return {};
+  return storage_->surface.sources;
+}
+
 SkinStatus bodies_from_skin(const Skin& skin, const BodyRules& rules, SkinBodies* out) noexcept {
   if (out == nullptr) return SkinStatus::kBadOutput;
   try {

@@ -92,9 +92,11 @@ Box box_in_link(const SurfaceMesh& mesh, const Cluster& cluster) {
 void describe(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters, rig::SkinBodyStorage& storage) {
   storage.surface = mesh.skin;
   for (const Cluster& cluster : clusters)
-    for (const std::uint32_t t : cluster.triangles)
+    for (const std::uint32_t t : cluster.triangles) {
       storage.surface.triangles.insert(storage.surface.triangles.end(), mesh.triangles[t].begin(),
                                        mesh.triangles[t].end());
+      storage.surface.sources.push_back(mesh.sources[t]);
+    }
   const std::uint32_t* next = storage.surface.triangles.data();
   for (const Cluster& cluster : clusters) {
     Leaf leaf;

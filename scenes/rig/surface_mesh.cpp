@@ -51,7 +51,8 @@ SurfaceMesh make_surface_mesh(const CheckedSkin& skin, const LinkMap& map, const
   std::vector<std::uint32_t>& index_of = mesh.index_of;
   index_of.assign(skin.vertex_count(), kNoVertex);
   std::size_t most = 1;
-  for (const Triangle& triangle : skin.triangles()) {
+  for (std::size_t t = 0; t < skin.triangles().size(); ++t) {
+    const Triangle& triangle = skin.triangles()[t];
     Triangle corners{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& index = index_of[triangle[k]];
@@ -67,8 +68,9 @@ SurfaceMesh make_surface_mesh(const CheckedSkin& skin, const LinkMap& map, const
       }
       corners[k] = index;
     }
-    if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0])
-      mesh.triangles.push_back(corners);
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    mesh.triangles.push_back(corners);
+    mesh.sources.push_back(skin.sources()[t]);
   }
   mesh.left_out_count = static_cast<std::uint32_t>(triangle_count - mesh.triangles.size());
   mesh.skin.influence_count = static_cast<std::uint32_t>(most);

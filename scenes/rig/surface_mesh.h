@@ -13,6 +13,7 @@ inline constexpr std::uint32_t kNoVertex = 0xffffffff;
 struct SurfaceMesh {
   rig::SurfaceStorage skin;             // without triangles
   std::vector<Triangle> triangles;      // with three different vertices
+  std::vector<std::uint32_t> sources;   // of each triangle: which one of the skin it is
   std::vector<std::uint32_t> index_of;  // of each vertex of the skin, or kNoVertex of one without triangles
   std::uint32_t welded_count = 0;       // vertices that are one with an earlier one
   std::uint32_t left_out_count = 0;     // triangles of the skin that are not here

@@ -359,6 +359,8 @@ void bind_body_data(py::module_& module) {
       .def_property_readonly("body",
                              [](const SkinData& skin) { return std::make_unique<BodyData>(skin.bodies.desc()); })
       .def_property_readonly("joints", [](const SkinData& skin) { return copy_of(skin.bodies.joints()); })
+      .def_property_readonly("source_triangles",
+                             [](const SkinData& skin) { return copy_of(skin.bodies.source_triangles()); })
       .def("link_poses", &skin_link_poses);
   module.def("from_skin", &from_skin);
   module.def("from_surface", &from_surface);

@@ -132,6 +132,10 @@ class SkinBodies {
   // The joint of each link, by its index.
   Span<const std::uint32_t> joints() const noexcept;
 
+  // Of surface_from_skin: for every triangle of the leaves, one leaf after the other, its index in Skin::triangles,
+  // over 3. Empty for other bodies.
+  Span<const std::uint32_t> source_triangles() const noexcept;
+
  private:
   friend struct SkinBodiesAccess;
   SkinBodyStorage* storage_ = nullptr;

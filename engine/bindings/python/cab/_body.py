@@ -373,6 +373,12 @@ class SkinnedBody(Body):
         """(links,) uint32: the joint of each link."""
         return self._skin.joints
 
+    @property
+    def source_triangles(self) -> List[UInt32Array]:
+        """By box: which of the `triangles` that were given it holds, row by row of `Body.triangles`."""
+        ends = np.cumsum([len(triangles) for triangles in self.triangles])
+        return np.split(self._skin.source_triangles, ends[:-1]) if self.is_surface else []
+
     def link_poses(self, matrices: ArrayLike, order: str = "row") -> Float32Array:
         """Poses (frames, links, 7) from the matrices of all joints (frames, joints, 4, 4), without scale and shear."""
         return self._skin.link_poses(

@@ -556,7 +556,7 @@ class World:
         poses  as in `run`; None: those of the last frame, as their arrays are now.
 
         Returns `cab.TOUCHING_TRIANGLES`, sorted: pair (which of `pairs`), leaf_a, leaf_b, triangle_a, triangle_b:
-        rows of `Body.triangles[leaf]`.
+        rows of `Body.triangles[leaf]`. `SkinnedBody.source_triangles[leaf]` says which of the mesh's they are.
         """
         posed = self._posed(poses, arguments)
         return self._engine.find_touching_triangles(self._inputs(posed), pairs)

@@ -89,15 +89,17 @@ def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
     assert {(int(hit["instance_a"]), int(hit["instance_b"])) for hit in frame.hits} == pairs and len(pairs) > 5
     # Without an exact test boxes decide, and find more.
     assert len(world.run(poses, exact="none").hits) >= len(frame.hits)
-    # Triangles by the places of their vertices, since the body has its own order of both.
     listed = world.touching_triangles(frame.hits, poses)
-    assert listed.dtype == cab.TOUCHING_TRIANGLES and len(listed) == len(truth)
-    for one in listed:
-        hit = frame.hits[one["pair"]]
-        for side in "ab":
-            leaf = one["leaf_" + side]
-            assert body.box_links[leaf] == hit["link_" + side]
-            assert one["triangle_" + side] < len(body.triangles[leaf])
+    assert listed.dtype == cab.TOUCHING_TRIANGLES
+    sources = body.source_triangles
+    hits = frame.hits[listed["pair"]]
+    assert (body.box_links[listed["leaf_a"]] == hits["link_a"]).all()
+    named = {
+        (int(hit["instance_a"]), int(hit["instance_b"]), int(sources[one["leaf_a"]][one["triangle_a"]]),
+         int(sources[one["leaf_b"]][one["triangle_b"]]))
+        for one, hit in zip(listed, hits)
+    }
+    assert named == truth and len(named) == len(listed)
 
 
 def test_surfaces_are_bodies_like_others(rng):
