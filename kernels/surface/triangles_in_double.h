@@ -13,7 +13,9 @@ CAB_INLINE Vec3<double> square_to(Vec3<double> v, const Vec3<double>& edge) {
 }
 
 // Whether a direction in which two triangles may be nearest to each other parts them: from a corner to a corner, or
-// from an edge to a corner. The others are normals and products of edges, which are in test_triangles.
+// from an edge to a corner. The others are normals and products of edges, which are in test_triangles. A product of
+// edges that are almost parallel is off along them by rounding over their angle, which can hide a gap. It is made
+// square to one of them again: along the other it is then off by that times the angle.
 CAB_INLINE bool apart_by_corners(const TriangleLanes<double>& a, const TriangleLanes<double>& b,
                                  const TrianglePair<double>& pair, const TriangleSlack<double>& slack) {
   const auto parts = [&](const Vec3<double>& v) {
@@ -23,7 +25,9 @@ CAB_INLINE bool apart_by_corners(const TriangleLanes<double>& a, const TriangleL
     for (int j = 0; j < 3; ++j) {
       const Vec3<double> between = b.corner[j] - a.corner[i];
       // Corner i begins edge i of a, and corner j edge j of b.
-      if (parts(between) || parts(square_to(between, pair.a.edge[i])) || parts(square_to(between, pair.b.edge[j])))
+      const Vec3<double> across = square_to(cross(pair.a.edge[i], pair.b.edge[j]), pair.a.edge[i]);
+      if (parts(between) || parts(square_to(between, pair.a.edge[i])) || parts(square_to(between, pair.b.edge[j])) ||
+          parts(across))
         return true;
     }
   return false;

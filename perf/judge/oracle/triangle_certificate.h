@@ -8,7 +8,7 @@ namespace cab::oracle {
 // What rounding may add to the gap that is found along a direction: so much of the largest coordinate and of the
 // direction's absolute sum. With u = 2^-53, corners are rounded by u, a projection by 3 u, and there are two of each;
 // the difference of the two, at most twice as large, by u: 10 u in all, and 16 u here.
-inline constexpr double kCertificateRounding = 0x1p-49;
+inline constexpr double kTriangleCertificateRounding = 0x1p-49;
 
 // Whether a plane across this direction, of any length, has the triangles on its two sides, at least `slack` apart.
 inline bool parted_along(const Vec3<double>& direction, const Triangle<double>& a, const Triangle<double>& b,
@@ -28,7 +28,7 @@ inline bool parted_along(const Vec3<double>& direction, const Triangle<double>& 
 // Whether the triangles, given as doubles next to their true corners, are certainly farther apart than `least`.
 // reach: no coordinate is larger. False says nothing.
 inline bool certainly_apart(const Triangle<double>& a, const Triangle<double>& b, double reach, double least) {
-  const double slack = kCertificateRounding * reach + least;
+  const double slack = kTriangleCertificateRounding * reach + least;
   Vec3<double> edge[2][3], normal[2];
   for (std::size_t s = 0; s < 2; ++s) {
     const auto& corner = (s == 0 ? a : b).corner;

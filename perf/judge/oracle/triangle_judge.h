@@ -94,30 +94,35 @@ inline Real distance_to_segment(const Point& p, const Point& a, const Point& b) 
   return length(p - (a + t * d));
 }
 
-// Of points inside both segments, or an end and the other.
+// Of points inside both segments, or an end and the other. Never less than the distance, whatever rounding does to t.
 inline Real distance_of_segments(const Point& p, const Point& q, const Point& r, const Point& s) {
   Real least = std::min({distance_to_segment(p, r, s), distance_to_segment(q, r, s), distance_to_segment(r, p, q),
                          distance_to_segment(s, p, q)});
   const Point d = q - p, e = s - r, between = r - p, across = cross(d, e);
   const Real all = dot(across, across);
   if (all == 0) return least;
-  const Real t = dot(cross(between, e), across) / all, u = dot(cross(between, d), across) / all;
-  if (t >= 0 && t <= 1 && u >= 0 && u <= 1) least = std::min(least, std::fabs(dot(between, across)) / std::sqrt(all));
-  return least;
+  const Real t = std::clamp<Real>(dot(cross(between, e), across) / all, 0, 1);
+  return std::min(least, distance_to_segment(p + t * d, r, s));
 }
 
-// How far a corner of one triangle is from the inside of another; infinite if its foot is outside.
+// How far a corner of one triangle is from its foot in another; infinite if that is outside. Never less than the
+// distance.
 inline Real distance_to_inside(const Point& p, const Triangle<Real>& triangle) {
   const auto& c = triangle.corner;
   const Point normal = cross(c[1] - c[0], c[2] - c[0]);
-  const Real all = dot(normal, normal);
-  for (std::size_t k = 0; k < 3; ++k)
-    if (!(dot(cross(normal, c[(k + 1) % 3] - c[k]), p - c[k]) >= 0)) return HUGE_VALL;
-  return all > 0 ? std::fabs(dot(normal, p - c[0])) / std::sqrt(all) : HUGE_VALL;
+  Point foot{};
+  Real all = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Real weight = dot(cross(normal, c[(k + 2) % 3] - c[(k + 1) % 3]), p - c[(k + 1) % 3]);
+    if (!(weight >= 0)) return HUGE_VALL;
+    foot = foot + weight * (c[k] - c[0]);
+    all += weight;
+  }
+  return all > 0 ? length(p - (c[0] + (1 / all) * foot)) : HUGE_VALL;
 }
 
-inline Real distance(const Triangle<Real>& a, const Triangle<Real>& b) {
-  if (meet(a, b)) return 0;
+// Of triangles that do not meet.
+inline Real distance_apart(const Triangle<Real>& a, const Triangle<Real>& b) {
   Real least = HUGE_VALL;
   for (std::size_t i = 0; i < 3; ++i) {
     least = std::min({least, distance_to_inside(a.corner[i], b), distance_to_inside(b.corner[i], a)});
@@ -127,5 +132,7 @@ inline Real distance(const Triangle<Real>& a, const Triangle<Real>& b) {
   }
   return least;
 }
+
+inline Real distance(const Triangle<Real>& a, const Triangle<Real>& b) { return meet(a, b) ? 0 : distance_apart(a, b); }
 
 }  // namespace cab::oracle

@@ -145,13 +145,4 @@ std::string to_text(const oracle::PosedPart& posed) {
          std::to_string(posed.vertices.size() / 3) + " vertices";
 }
 
-const std::vector<const kernel::KernelTable*>& all_kernels() {
-  static const std::vector<const kernel::KernelTable*> all = [] {
-    std::vector<const kernel::KernelTable*> out;
-    for (const Isa isa : oracle::available_isas()) out.push_back(kernel::find_kernels(isa));
-    return out;
-  }();
-  return all;
-}
-
 }  // namespace cab::perf

@@ -194,7 +194,4 @@ std::string to_text(const oracle::PosedPart& posed);
 
 const char* name_of(ShapeKind kind);
 
-// The kernels of every instruction set that runs here.
-const std::vector<const kernel::KernelTable*>& all_kernels();
-
 }  // namespace cab::perf

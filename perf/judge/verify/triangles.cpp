@@ -87,6 +87,8 @@ struct Skinning {
   const kernel::KernelTable& kernels;
   SkinCache cache = {};
   FrameStats stats = {};
+
+  SkinCounts counts() { return {stats.leaves_skinned, stats.leaves_replaced}; }
 };
 
 // Three instances of a skin (oracle::random_surface_poses), as the engine has them and as the judge does.
@@ -115,7 +117,11 @@ class Posed {
     return surfaces_[instance % 2 * rig_.leaves.size() + leaf];
   }
   ExactLeaf leaf(std::uint32_t instance, std::uint32_t index) const {
-    return {nullptr, nullptr, &batch_, instance, index, index};
+    ExactLeaf out = {};
+    out.batch = &batch_;
+    out.instance = instance;
+    out.leaf = out.shape = index;
+    return out;
   }
   void put(std::uint32_t instance, const oracle::Vec3<double>& origin) {
     std::copy_n(origin.v, 3, poses_.origins.begin() + 3 * std::ptrdiff_t{instance});
@@ -157,8 +163,8 @@ std::vector<FoundPair> found_by(Skinning& by, const ExactLeaf& a, const ExactLea
   const FrameContext frame = frame_of(by.kernels);
   const SurfaceLeaves& surface = a.batch->articulation->surface;
   const SurfaceLeaf &of_a = surface.leaves[a.leaf], &of_b = surface.leaves[b.leaf];
-  const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, by.cache, by.stats),
-                            &skin_b = skinned(frame, b, &skin_a, by.cache, by.stats);
+  const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, by.cache, by.counts()),
+                            &skin_b = skinned(frame, b, &skin_a, by.cache, by.counts());
   kernel::SurfacePair pair = {skin_a,
                               skin_b,
                               surface.patches.data + of_a.patch_begin,
@@ -193,8 +199,8 @@ std::vector<FoundPair> found_by(Skinning& by, const ExactLeaf& a, const ExactLea
 // Whether two instruction sets have the same bits for a leaf.
 bool same_skin(const ExactLeaf& leaf, Skinning& by, Skinning& other) {
   const SurfaceLeaf& of = leaf.batch->articulation->surface.leaves[leaf.leaf];
-  const kernel::SkinnedLeaf &x = skinned(frame_of(by.kernels), leaf, nullptr, by.cache, by.stats),
-                            &y = skinned(frame_of(other.kernels), leaf, nullptr, other.cache, other.stats);
+  const kernel::SkinnedLeaf &x = skinned(frame_of(by.kernels), leaf, nullptr, by.cache, by.counts()),
+                            &y = skinned(frame_of(other.kernels), leaf, nullptr, other.cache, other.counts());
   return std::memcmp(x.vertices, y.vertices, sizeof(float) * 4 * kLanes * of.block_count) == 0 &&
          std::memcmp(x.bounds, y.bounds, sizeof(AabbTile) * kernel::bounds_tiles(of.patch_count)) == 0 &&
          x.size == y.size;
@@ -242,6 +248,7 @@ struct NearSurface {
   struct Quick {
     Triangle<double> at;
     double lo[3], hi[3];
+    oracle::Vec3<double> normal;  // over the square of the longest edge
   };
   std::vector<Triangle<Real>> exact;
   std::vector<Quick> quick;
@@ -260,6 +267,10 @@ struct NearSurface {
         one.lo[c] = std::min({x, y, z});
         one.hi[c] = std::max({x, y, z});
       }
+      const auto& c = one.at.corner;
+      const oracle::Vec3<double> edge[3] = {c[1] - c[0], c[2] - c[1], c[0] - c[2]};
+      const double longest_sq = std::max({dot(edge[0], edge[0]), dot(edge[1], edge[1]), dot(edge[2], edge[2])});
+      one.normal = (longest_sq > 0 ? 1 / longest_sq : 0.0) * cross(edge[0], edge[1]);
       quick.push_back(one);
     }
   }
@@ -270,6 +281,14 @@ bool bounds_overlap(const NearSurface::Quick& a, const NearSurface::Quick& b, do
   bool out = true;
   for (std::size_t c = 0; c < 3; ++c) out = out & (a.lo[c] <= b.hi[c] + margin) & (b.lo[c] <= a.hi[c] + margin);
   return out;
+}
+
+// Whether long double is sure where two triangles pass through each other. With u = 2^-64 a normal is off by u over its
+// length here, and the line in which two planes meet by u over the angle between them: 1e-13 of the triangles' size.
+bool is_clear(const NearSurface::Quick& a, const NearSurface::Quick& b) {
+  constexpr double kThin = 1e-6;
+  const double length_a = norm(a.normal), length_b = norm(b.normal);
+  return length_a > kThin && length_b > kThin && norm(cross(a.normal, b.normal)) > kThin * (length_a * length_b);
 }
 
 // Judges the answers for the triangles of two leaves.
@@ -317,7 +336,7 @@ class Judge {
     const bool apart = oracle::certainly_apart(a_.quick[x].at, b_.quick[y].at, std::max(a_.reach, b_.reach),
                                                static_cast<double>(margin + unclear));
     if (apart && !found) return;
-    const Real gap = apart || !meets(x, y, found) ? oracle::distance(a_.exact[x], b_.exact[y]) - margin : -margin;
+    const Real gap = apart || !meets(x, y, found) ? oracle::distance_apart(a_.exact[x], b_.exact[y]) - margin : -margin;
     if (gap < -unclear || (gap <= 0 && margin == 0)) {
       ++tally_.touching;
     } else if (gap <= unclear) {
@@ -333,10 +352,11 @@ class Judge {
     report("triangles that touch are called apart", x, y);
   }
 
-  // Whether two triangles have a point in common. Binary128 confirms it of those that are not found.
+  // Whether two triangles have a point in common. Binary128 confirms it where that says that a pair is lost, and where
+  // long double is not sure.
   bool meets(std::size_t x, std::size_t y, bool found) const {
     const Triangle<Real>&a = a_.exact[x], &b = b_.exact[y];
-    return meet(a, b) && (found || meet(widened(a), widened(b)));
+    return meet(a, b) && ((found && is_clear(a_.quick[x], b_.quick[y])) || meet(widened(a), widened(b)));
   }
 
   void report(const std::string& what, std::size_t x, std::size_t y) {
