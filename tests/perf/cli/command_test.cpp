@@ -1039,7 +1039,7 @@ TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what
         run_cab(Words{"run", file, file, "--offset", "0,0,0", "--offset", x, "--hits", hits} + surface + exact);
     CAPTURE(run.error);
     REQUIRE(run.exit_code == 0);
-    CHECK(run.output.find(exact.empty() ? "surface" : "none") != std::string::npos);
+    CHECK(run.out.find(exact.empty() ? "surface" : "none") != std::string::npos);
     return lines_of(read_text(hits)).size() - 1;
   };
   CHECK(count_hits("0.5,0,0", {"--exact", "none"}) > 0);
