@@ -55,6 +55,10 @@ def test_the_clip_is_cleaned_as_the_document_says(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 5000
 
 
+def test_the_meshes_penetrate_as_the_document_says():
+    assert run("mesh_penetration.py") == printed_in_docs("mesh_penetration.py")
+
+
 def test_the_arm_collides_as_the_document_says():
     need_files()
     assert run("arm_states.py", HERE / "arm.urdf") == printed_in_docs("arm_states.py", ROBOTS)
