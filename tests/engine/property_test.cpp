@@ -208,11 +208,13 @@ TEST_CASE(
     const std::vector<Hit> touching = judge_world(world), wider = judge_widened(world, kInvented);
     const std::vector<Hit> all = run_on(*engine, world, {}, run_all_pairs).hits;
     std::vector<Hit> all_exact[kExactCount];
-    for (const Exact exact : {Exact::kFcl, Exact::kConvex})
+    for (const Exact exact : {Exact::kFcl, Exact::kConvex, Exact::kSurface})
       if (is_built(exact))
         all_exact[static_cast<std::size_t>(exact)] =
             run_on(*engine, world, {Refit::kCab, Strategy::kAuto, exact}, run_all_pairs).hits;
     CHECK(missing_from(touching, all_exact[static_cast<std::size_t>(Exact::kConvex)]) == 0);
+    CHECK(same_hits(all_exact[static_cast<std::size_t>(Exact::kSurface)],
+                    all_exact[static_cast<std::size_t>(Exact::kConvex)]));  // no leaf has triangles
     std::map<Refit, std::vector<Hit>> by_predicate;
     for (const Refit refit : kLeafPredicates) by_predicate[refit] = run_on(*engine, world, by_brute(refit)).hits;
     hits += by_predicate[Refit::kCab].size();

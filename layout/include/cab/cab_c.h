@@ -303,7 +303,7 @@ enum {
   CAB_EXACT_NONE = 0,     // overlapping leaf boxes are the answer
   CAB_EXACT_FCL = 1,      // FCL tests the exact shapes of leaves whose boxes overlap
   CAB_EXACT_CONVEX = 2,   // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
-  CAB_EXACT_SURFACE = 3,  // as CAB_EXACT_CONVEX, and of leaves with triangles (cab_Leaf.triangles) these are tested
+  CAB_EXACT_SURFACE = 3,  // as convex, and of leaves with triangles these are tested
 };
 
 // Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.

@@ -47,7 +47,7 @@ enum class Exact : std::uint8_t {
   kNone,     // overlapping leaf boxes are the answer
   kFcl,      // FCL tests the exact shapes of leaves whose boxes overlap
   kConvex,   // kernels test the exact shapes of leaves whose boxes overlap, sixteen pairs at a time
-  kSurface,  // as kConvex, and of leaves with triangles (Leaf::triangles) these are tested
+  kSurface,  // as convex, and of leaves with triangles these are tested
 };
 
 // Which axes can separate two oriented boxes, inner ones and leaves. Axis-aligned boxes have three axes in either case.

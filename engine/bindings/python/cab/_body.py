@@ -268,8 +268,10 @@ class Body:
         for array in (data.parents, data.joints, data.links, data.boxes, data.ignored_pairs, data.rest_pose):
             _add_to_digest(digest, array)
         if self.is_surface:
-            for array in (*data.skin, *data.triangles):
-                _add_to_digest(digest, array)
+            for part_of_skin in data.skin:
+                _add_to_digest(digest, part_of_skin)
+            for triangles in data.triangles:
+                _add_to_digest(digest, triangles)
         for part in data.parts:
             for value in part:
                 _add_to_digest(digest, value)
