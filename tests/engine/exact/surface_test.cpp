@@ -159,7 +159,7 @@ Real distance_to_box(const Triangle<Real>& triangle, const Point& center, const 
   static constexpr std::size_t kSides[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
                                                {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
   for (const auto& side : kSides)
-    for (const std::size_t third : {1, 3})
+    for (const std::size_t third : {std::size_t{1}, std::size_t{3}})
       out = std::min(out, distance(triangle, {{corner[side[0]], corner[side[2]], corner[side[third]]}}));
   return out;
 }
