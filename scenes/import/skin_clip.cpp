@@ -79,8 +79,8 @@ std::string surface_note(const rig::SurfaceInfo& info, std::size_t leaf_count) {
     note += ", " + std::to_string(info.open_part_count) + " of them open (" +
             counted(info.open_edge_count, "edge", "edges") + ")";
   if (info.worst_distance < kShownDistance) return note;
-  std::snprintf(text, sizeof text, ", up to %.2f cm from the file's surface (frame %u), as joints change their scale",
-                100 * info.worst_distance, static_cast<unsigned>(info.worst_pose));
+  std::snprintf(text, sizeof text, ", up to %.2f cm from the file's surface (frame %u)", 100 * info.worst_distance,
+                static_cast<unsigned>(info.worst_pose));
   return note + text;
 }
 
@@ -105,8 +105,8 @@ rig::SkinBodies make_surface(const rig::Skin& skin, const Skeleton& skeleton, co
   if (info.left_out_count > 0) {
     clip.notes.push_back(counted(info.left_out_count, "triangle", "triangles") +
                          " left out (two corners at one place, or a corner without weight)");
-    clip.alterations.push_back(
-        {AlterationKind::kDropped, "triangles without an area", info.left_out_count, clip.notes.back()});
+    clip.alterations.push_back({AlterationKind::kDropped, "triangles with corners at one place or without weight",
+                                info.left_out_count, clip.notes.back()});
   }
   return bodies;
 }

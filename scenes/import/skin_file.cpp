@@ -16,6 +16,9 @@ namespace {
 // A vertex with more weights is refused. The largest found in files is 8.
 constexpr std::size_t kMaxInfluences = 32;
 
+// All vertices have as many weights as the one with most; more of them are refused.
+constexpr std::size_t kMaxWeights = std::size_t{1} << 25;
+
 struct Influence {
   std::uint32_t bone;
   float weight;
@@ -125,7 +128,7 @@ void add_rigid(const aiMesh& mesh, const SceneNodes& nodes, std::size_t node, co
 }
 
 // Gives every vertex as many influences as the one with most has.
-void set_influences(Gathered& gathered) {
+void set_influences(const std::string& path, Gathered& gathered) {
   FileSkin& skin = gathered.skin;
   std::size_t most = 1;
   for (std::vector<Influence>& influences : gathered.influences) {
@@ -133,13 +136,17 @@ void set_influences(Gathered& gathered) {
                      [](const Influence& a, const Influence& b) { return a.weight > b.weight; });
     most = std::max(most, influences.size());
   }
-  for (std::vector<Influence>& influences : gathered.influences) {
-    influences.resize(most, {0, 0});
-    for (const Influence& influence : influences) {
-      skin.influence_bones.push_back(influence.bone);
-      skin.influence_weights.push_back(influence.weight);
+  const std::size_t vertices = gathered.influences.size();
+  if (most * vertices > kMaxWeights)
+    throw ImportError(path + ": " + std::to_string(vertices) + " vertices with up to " + std::to_string(most) +
+                      " weights each are more than " + std::to_string(kMaxWeights) + " weights");
+  skin.influence_bones.assign(most * vertices, 0);
+  skin.influence_weights.assign(most * vertices, 0);
+  for (std::size_t v = 0; v < vertices; ++v)
+    for (std::size_t i = 0; i < gathered.influences[v].size(); ++i) {
+      skin.influence_bones[most * v + i] = gathered.influences[v][i].bone;
+      skin.influence_weights[most * v + i] = gathered.influences[v][i].weight;
     }
-  }
   skin.influence_count = static_cast<std::uint32_t>(most);
 }
 
@@ -170,7 +177,7 @@ void read_skin(const aiScene& scene, const SceneNodes& nodes, const std::string&
       }
     }
   }
-  set_influences(gathered);
+  set_influences(path, gathered);
   if (gathered.loose_meshes == 0) return;
   skeleton.notes.push_back(std::to_string(gathered.loose_meshes) + (gathered.loose_meshes == 1 ? " mesh" : " meshes") +
                            " left out (no joint moves them)");

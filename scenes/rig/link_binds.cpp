@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <queue>
 
 namespace cab::scenes {
 namespace {
@@ -95,11 +97,6 @@ class BindMaker {
 
   std::uint32_t link_of(std::uint32_t bone) const { return map_.link_of_joint[skin_.joint_of(bone)]; }
 
-  bool is_bound(const BoneGroup& group) const {
-    return std::any_of(group.bones.begin(), group.bones.end(),
-                       [this](std::uint32_t bone) { return is_bound_[link_of(bone)]; });
-  }
-
   SkinStatus add(const BoneGroup& group, std::uint32_t& bad_bone) {
     Affine move;
     bool is_found = false;
@@ -150,16 +147,29 @@ class BindMaker {
 SkinStatus make_link_binds(const CheckedSkin& skin, const LinkMap& map, const std::vector<Affine>& rest, LinkBinds& out,
                            std::uint32_t& bad_bone) {
   std::vector<BoneGroup> groups = group_bones(skin);
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const BoneGroup& a, const BoneGroup& b) { return a.bones.size() > b.bones.size(); });
   BindMaker maker(skin, map, rest, out);
+  std::vector<std::vector<std::size_t>> groups_of_link(map.joints.size());
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    for (const std::uint32_t bone : groups[g].bones) groups_of_link[maker.link_of(bone)].push_back(g);
   // Next is a group that has a joint in common with those before, so that no group is bound before it must be moved;
   // among several the one of most bones.
-  while (!groups.empty()) {
-    const auto next = std::max_element(groups.begin(), groups.end(), [&](const BoneGroup& a, const BoneGroup& b) {
-      const bool bound_a = maker.is_bound(a), bound_b = maker.is_bound(b);
-      return bound_a != bound_b ? bound_b : a.bones.size() < b.bones.size();
-    });
-    if (const SkinStatus status = maker.add(*next, bad_bone); status != SkinStatus::kOk) return status;
-    groups.erase(next);
+  std::vector<bool> is_done(groups.size(), false);
+  std::priority_queue<std::size_t, std::vector<std::size_t>, std::greater<std::size_t>> bound;
+  for (std::size_t first = 0; first < groups.size(); ++first) {
+    bound.push(first);
+    while (!bound.empty()) {
+      const std::size_t next = bound.top();
+      bound.pop();
+      if (is_done[next]) continue;
+      is_done[next] = true;
+      if (const SkinStatus status = maker.add(groups[next], bad_bone); status != SkinStatus::kOk) return status;
+      for (const std::uint32_t bone : groups[next].bones) {
+        for (const std::size_t group : groups_of_link[maker.link_of(bone)]) bound.push(group);
+        groups_of_link[maker.link_of(bone)].clear();
+      }
+    }
   }
   return SkinStatus::kOk;
 }

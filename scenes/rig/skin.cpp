@@ -233,7 +233,7 @@ const char* to_string(SkinStatus status) noexcept {
     case SkinStatus::kNoBodies: return "no vertex has a weight, or no triangle of a surface has an area";
     case SkinStatus::kTooManyLinks: return "more than 1024 links; a coarser skeleton has fewer";
     case SkinStatus::kTooManyLeaves:
-      return "more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer";
+      return "more than 1024 leaves; fewer per link, more triangles in each, or a coarser skeleton";
     case SkinStatus::kNoInverse: return "the matrix of a bone in the first pose has no inverse";
     case SkinStatus::kBindsDiffer:
       return "two bones of one joint have other matrices than moving the vertices of one of them makes up for";

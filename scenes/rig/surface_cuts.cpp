@@ -38,12 +38,17 @@ void for_influences(const SurfaceMesh& mesh, std::uint32_t triangle, const Use& 
 
 // The direction in which vertices differ most.
 Eigen::Vector3d longest_axis(const SurfaceMesh& mesh, const std::vector<std::uint32_t>& vertices) {
-  Eigen::Matrix3Xd points(3, vertices.size());
-  for (std::size_t n = 0; n < vertices.size(); ++n)
-    points.col(static_cast<Eigen::Index>(n)) = Eigen::Vector3d(place_of(mesh, vertices[n]).data());
-  points.colwise() -= points.rowwise().mean().eval();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(points * points.transpose());
-  return moments.eigenvectors().col(2);
+  // In loops of three numbers, so that Eigen uses no SIMD and cuts are the same on every processor.
+  const auto point = [&mesh](std::uint32_t vertex) { return Eigen::Vector3d(place_of(mesh, vertex).data()); };
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const std::uint32_t vertex : vertices) mean += point(vertex);
+  mean /= static_cast<double>(vertices.size());
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (const std::uint32_t vertex : vertices) {
+    const Eigen::Vector3d away = point(vertex) - mean;
+    moments += away * away.transpose();
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvectors().col(2);
 }
 
 // Moves the half of the triangles that is far along the longest axis of all of them to another cluster.
@@ -80,7 +85,8 @@ class GrowthMeter {
   SkinStatus measure(std::vector<Cluster>& clusters);
 
  private:
-  Status boxes_of(const std::vector<Cluster>& clusters, std::vector<Box>& boxes, std::size_t& stride);
+  Status boxes_of(const std::vector<Cluster>& clusters, std::vector<Box>& boxes, std::size_t& stride,
+                  std::vector<std::uint8_t>& flags);
 
   const SurfaceMesh& mesh_;
   const std::vector<std::int32_t>& parents_;
@@ -89,7 +95,8 @@ class GrowthMeter {
   Engine* engine_ = nullptr;
 };
 
-Status GrowthMeter::boxes_of(const std::vector<Cluster>& clusters, std::vector<Box>& boxes, std::size_t& stride) {
+Status GrowthMeter::boxes_of(const std::vector<Cluster>& clusters, std::vector<Box>& boxes, std::size_t& stride,
+                             std::vector<std::uint8_t>& flags) {
   std::vector<std::vector<std::uint32_t>> corners;
   for (const Cluster& cluster : clusters) {
     corners.emplace_back();
@@ -122,6 +129,7 @@ Status GrowthMeter::boxes_of(const std::vector<Cluster>& clusters, std::vector<B
   if (status == Status::kOk) status = add_batch(*engine_, batch, &input.batch);
   if (status == Status::kOk) {
     input.poses.data = numbers.data();
+    input.flags = flags;
     stride = info.node_count;
     boxes.resize(count_ * stride);
     status = compute_boxes(*engine_, input, {}, boxes);
@@ -138,7 +146,8 @@ SkinStatus GrowthMeter::measure(std::vector<Cluster>& clusters) {
   if (clusters.empty()) return SkinStatus::kOk;
   std::vector<Box> boxes;
   std::size_t stride = 0;
-  switch (boxes_of(clusters, boxes, stride)) {
+  std::vector<std::uint8_t> flags(count_);
+  switch (boxes_of(clusters, boxes, stride, flags)) {
     case Status::kOk: break;
     case Status::kOutOfMemory: return SkinStatus::kOutOfMemory;
     default: return SkinStatus::kBadVertices;
@@ -148,6 +157,7 @@ SkinStatus GrowthMeter::measure(std::vector<Cluster>& clusters) {
     const std::vector<std::uint32_t> vertices = vertices_of(mesh_, clusters[n]);
     clusters[n].grown = clusters[n].tight = 0;
     for (std::size_t pose = 0; pose < count_; ++pose) {
+      if (flags[pose] != kInstanceOk) continue;  // a pose that frames mask says nothing
       const Box& box = boxes[pose * stride + n];
       Vec3 low = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
       for (const std::uint32_t v : vertices) {

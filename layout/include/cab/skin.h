@@ -32,7 +32,7 @@ enum class SkinStatus : std::int32_t {
   kBadBodies,      // bodies are empty, are no solids, or were made for another number of joints
   kNoBodies,       // no vertex has a weight, or no triangle of a surface has an area
   kTooManyLinks,   // more than 1024 links; a coarser skeleton has fewer
-  kTooManyLeaves,  // more than 1024 leaves; fewer leaves per link or a coarser skeleton give fewer
+  kTooManyLeaves,  // more than 1024 leaves; fewer per link, more triangles in each, or a coarser skeleton
   kNoInverse,      // the matrix of a bone in the first pose has no inverse
   kBindsDiffer,    // two bones of one joint have other matrices than moving the vertices of one of them makes up for
   kTooManyInfluences,  // a triangle is moved by more than 33 joints

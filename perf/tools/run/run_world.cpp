@@ -52,8 +52,8 @@ void check_files(const WorldOptions& options) {
 void check_exact(const WorldOptions& options, Exact exact) {
   if (options.skin && options.skin->surface && (exact == Exact::kConvex || exact == Exact::kFcl))
     throw UsageError(
-        "--body surface: the exact tests convex and fcl, and depths, are about solids; leave out --exact, --contacts"
-        " and --min-depth, or choose --body skin");
+        "--body surface: the exact tests convex and fcl, and depths, are about solids; leave them out, or choose"
+        " --body skin");
 }
 
 std::string motion_path(const WorldOptions& options, std::size_t file) {

@@ -362,6 +362,8 @@ TEST_CASE("rays at skins have the same hits on every instruction set and for eve
     }
     const Answer first = ask(crowd, queries);
     seen += first.hits.size();
+    REQUIRE(first.points.size() >= first.hits.size());
+    for (std::size_t i = 0; i < first.hits.size(); ++i) CHECK(first.points[i].triangle != 0xffffffffu);
     for (const Isa isa : available_isas())
       for (const std::uint32_t threads : {1u, 3u}) {
         EngineDesc desc;

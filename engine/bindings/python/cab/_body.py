@@ -262,7 +262,7 @@ class Body:
         return self._data.ignoring(more, hops)
 
     def sha256(self) -> str:
-        """SHA-256 of links, joints, boxes, shapes and ignored pairs, in hexadecimal digits: equal bodies are equal."""
+        """SHA-256 of links, joints, boxes, shapes, surface and ignored pairs, in hexadecimal digits."""
         data = self._data
         digest = hashlib.sha256(repr((self._names, data.ignored_hops)).encode())
         for array in (data.parents, data.joints, data.links, data.boxes, data.ignored_pairs, data.rest_pose):

@@ -201,7 +201,7 @@ class Clip:
                 rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
         hits, contacts, stats = self._engine.run_frame(
             [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
-            with_depths and chosen.exact not in ("none", "surface"),
+            with_depths and (chosen.exact in ("convex", "fcl") or report == _DISTANCES),
         )
         self._stats = stats
         if stats.instances_masked:
@@ -310,7 +310,7 @@ class Clip:
 
         Returns a structured array: frame, a, link_a, b, link_b, distance; below 0: minus the depth.
         """
-        chosen = _exact_policies(policies, exact, self._default_exact())
+        chosen = _exact_policies(policies, exact, "convex")
         if chosen.exact == "none":
             raise ValueError("exact: distances are those of exact shapes; 'convex' has them")
         rows, depths = self._run(DISTANCE, within, between, chosen, most, 0, _DISTANCES)

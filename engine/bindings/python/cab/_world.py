@@ -519,7 +519,8 @@ class World:
             rules.extend((a._id, b._id, _BETWEEN, rest) for a, b in pairs)
         inside = [one._batch for one in posed] if within is True else [] if within is False else within
         rules.extend((batch._id, batch._id, _WITHIN, rest) for batch in inside)
-        with_contacts = chosen.exact in ("convex", "fcl") and report != "in_contact" if contacts is None else contacts
+        default_contacts = (chosen.exact in ("convex", "fcl") and report != "in_contact") or report == "distances"
+        with_contacts = default_contacts if contacts is None else contacts
         hits, found, stats = self._engine.run_frame(
             inputs, rules, chosen._names(), margin, min_depth, _REPORTS.index(report), with_contacts
         )

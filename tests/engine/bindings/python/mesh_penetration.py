@@ -30,6 +30,8 @@ bones = np.tile([0, 1], (len(vertices), 1))
 rest = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))  # joint to model; so are the inverse bind matrices
 body = cab.Body.from_surface([-1, 0], rest, vertices, triangles, bones, weights, rest, names=["upper", "lower"])
 
+sources = body.source_triangles
+
 angles = np.linspace(0, 1.5, 6)
 left, right = bend(angles, [0, 0, 0]), bend(-angles, [0, 0.6, 0.03])
 world = cab.World()
@@ -41,8 +43,7 @@ for frame in range(len(angles)):
     rows = world.touching_triangles(hits, posed)
     # Which triangles of the mesh these are, as pairs of rows of `triangles`: what a loss of penetration takes.
     pairs = np.array(
-        [(body.source_triangles[r["leaf_a"]][r["triangle_a"]], body.source_triangles[r["leaf_b"]][r["triangle_b"]])
-         for r in rows]
+        [(sources[r["leaf_a"]][r["triangle_a"]], sources[r["leaf_b"]][r["triangle_b"]]) for r in rows]
     )
     links = ", ".join(f"{body.names[hit['link_a']]} and {body.names[hit['link_b']]}" for hit in hits)
     print(f"frame {frame}: {len(pairs)} pairs of triangles" + (f", {links}" if links else ""))

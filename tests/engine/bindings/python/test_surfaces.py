@@ -72,7 +72,7 @@ def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
     skin = tube_skin()
     body = cab.Body.from_surface(**skin, names=["upper", "lower"], most_triangles=40)
     assert body.is_surface and body.names == ("upper", "lower")
-    assert sorted(len(t) for t in body.triangles) and sum(len(t) for t in body.triangles) == len(skin["triangles"])
+    assert sum(len(t) for t in body.triangles) == len(skin["triangles"])
     matrices = bent_poses(rng, 12)
     poses = body.link_poses(matrices)
     world = cab.World()
@@ -102,21 +102,40 @@ def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
     assert named == truth and len(named) == len(listed)
 
 
+def test_with_surface_solids_are_as_with_convex():
+    solid = cab.Body.from_boxes([-1], [[0.5, 0.5, 0.5]])
+    poses = np.array([[[0, 0, 0, 1, 0, 0, 0]], [[0, 0, 0, 1, 1.2, 0, 0]]], dtype=np.float32)
+    clip = cab.Clip()
+    clip.add(solid, poses[:1])
+    clip.add(solid, poses[1:])
+    by_surface, by_convex = (clip.distances(0.5, exact=exact) for exact in ("surface", "convex"))
+    assert len(by_surface) == 1 and np.array_equal(by_surface, by_convex)
+    world = cab.World()
+    world.add(solid, 2)
+    frame = world.run(poses, exact="surface", report="distances", margin=0.5)
+    assert np.allclose(frame.contacts["depth"], -0.2, atol=1e-5)
+
+
 def test_surfaces_are_bodies_like_others(rng):
     skin = tube_skin()
     body = cab.Body.from_surface(**skin)
     assert body.sha256() == cab.Body.from_surface(**skin).sha256()
     moved = {**skin, "vertices": skin["vertices"] * np.float32(1.5)}
     assert body.sha256() != cab.Body.from_surface(**moved).sha256()
-    quiet = body.ignoring([[0, 1]])
+    quiet = body.ignoring([[0, 1]], hops=3)
     assert isinstance(quiet, cab.SkinnedBody) and quiet.is_surface and len(quiet.triangles) == len(body.triangles)
+    assert len(quiet.ignored_pairs) == len(body.ignored_pairs) + 1 and quiet.ignored_pairs[-1].tolist() == [0, 1]
+    assert quiet.sha256() != body.ignoring([[0, 1]]).sha256()
     clip = cab.Clip(quiet, body.link_poses(bent_poses(rng, 5)))
     assert len(clip.hits()) == 0
     two = cab.Clip()
     for _ in range(2):
         two.add(body, body.link_poses(bent_poses(rng, 5)))
     hits = two.hits(within=False)
-    assert np.isnan(hits["depth"]).all() and len(hits) <= len(two.hits(within=False, exact="none"))
+    assert len(hits) > 0 and np.isnan(hits["depth"]).all()
+    assert len(hits) <= len(two.hits(within=False, exact="none"))
+    with pytest.raises(cab.InputError, match="skin"):
+        two.distances(0.5)
     with pytest.raises(cab.InputError):
         two.hits(within=False, exact="convex")
     with pytest.raises(ValueError, match="triangles"):
