@@ -120,10 +120,23 @@ struct SkinData {
   std::size_t joint_count = 0;
 };
 
+// What `make(skin, bodies)` makes of a skin, without the interpreter's lock.
+template <class Make>
+std::unique_ptr<SkinData> made_of(const rig::Skin& skin, const char* call, Make&& make) {
+  auto made = std::make_unique<SkinData>();
+  made->joint_count = skin.joint_parents.size;
+  rig::SkinStatus status = rig::SkinStatus::kOk;
+  {
+    const py::gil_scoped_release release;
+    status = make(skin, made->bodies);
+  }
+  require_rig(status, call);
+  return made;
+}
+
 std::unique_ptr<SkinData> from_skin(std::uint32_t kinds, std::uint32_t max_hull_vertices, std::uint32_t leaves_per_link,
                                     bool inflate, float least_reach, const py::object& kept_joints,
                                     const py::kwargs& arrays) {
-  const rig::Skin skin = skin_of(arrays);
   rig::BodyRules rules;
   rules.kinds = kinds;
   rules.max_hull_vertices = max_hull_vertices;
@@ -131,30 +144,17 @@ std::unique_ptr<SkinData> from_skin(std::uint32_t kinds, std::uint32_t max_hull_
   rules.inflate = inflate;
   rules.least_reach = least_reach;
   rules.kept_joints = span_of<const std::uint32_t>(kept_joints, {"kept_joints", {-1}, "(k,)"});
-  auto made = std::make_unique<SkinData>();
-  made->joint_count = skin.joint_parents.size;
-  rig::SkinStatus status = rig::SkinStatus::kOk;
-  {
-    const py::gil_scoped_release release;
-    status = rig::bodies_from_skin(skin, rules, &made->bodies);
-  }
-  require_rig(status, "from_skin");
-  return made;
+  return made_of(skin_of(arrays), "from_skin", [&rules](const rig::Skin& skin, rig::SkinBodies& bodies) {
+    return rig::bodies_from_skin(skin, rules, &bodies);
+  });
 }
 
 std::unique_ptr<SkinData> from_surface(std::uint32_t most_triangles, const py::kwargs& arrays) {
-  const rig::Skin skin = skin_of(arrays);
   rig::SurfaceRules rules;
   rules.most_triangles = most_triangles;
-  auto made = std::make_unique<SkinData>();
-  made->joint_count = skin.joint_parents.size;
-  rig::SkinStatus status = rig::SkinStatus::kOk;
-  {
-    const py::gil_scoped_release release;
-    status = rig::surface_from_skin(skin, rules, &made->bodies);
-  }
-  require_rig(status, "from_surface");
-  return made;
+  return made_of(skin_of(arrays), "from_surface", [&rules](const rig::Skin& skin, rig::SkinBodies& bodies) {
+    return rig::surface_from_skin(skin, rules, &bodies);
+  });
 }
 
 // The same body with more pairs of links ignored.

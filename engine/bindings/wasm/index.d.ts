@@ -268,7 +268,7 @@ export declare class Batch {
 export type Refit = 'cab' | 'best3' | 'cab_sum' | 'covariance' | 'aabb_hull' | 'aabb_vertices';
 export type Strategy = 'tree' | 'rows' | 'links' | 'brute' | 'auto';
 export type Extents = 'children' | 'leaves';
-/** `'none'`: overlapping boxes are the answer. `'convex'`: the exact shapes decide. `'surface'`: the same, and triangles. */
+/** `'none'`: boxes are the answer. `'convex'`: exact shapes decide. `'surface'`: the same, and triangles of skins. */
 export type Exact = 'none' | 'convex' | 'surface';
 export type Sat = 'all_15' | 'faces_6';
 export type Preset = 'balanced' | 'tight' | 'paper';
