@@ -43,13 +43,19 @@ std::uint64_t of_level(const format::Level* level) {
          });
 }
 
+std::uint64_t of_skin(const format::Skin* skin) {
+  if (skin == nullptr) return 0;
+  return of_numbers(skin->vertices()) + of_numbers(skin->influence_links()) + of_numbers(skin->influence_weights()) +
+         of_numbers(skin->inverse_bind());
+}
+
 }  // namespace
 
 std::uint64_t expanded_bytes(const format::Articulation& table) {
   return of_text(table.name()) + of_texts(table.link_names()) + of_numbers(table.link_parents()) +
          of_numbers(table.link_joints()) + of_numbers(table.ignored_pairs()) + of_poses(table.rest_pose()) +
-         of_level(table.level()) + of_list(table.leaves(), [](const format::Leaf& leaf) {
-           return of_numbers(leaf.box()) + of_parts(leaf.parts());
+         of_level(table.level()) + of_skin(table.skin()) + of_list(table.leaves(), [](const format::Leaf& leaf) {
+           return of_numbers(leaf.box()) + of_parts(leaf.parts()) + of_numbers(leaf.triangles());
          });
 }
 

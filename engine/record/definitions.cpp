@@ -87,6 +87,37 @@ std::string read_poses(const std::unique_ptr<format::PosesT>& table, std::uint64
   return {};
 }
 
+std::unique_ptr<format::SkinT> skin_table(const SkinDesc& skin) {
+  if (skin.vertices.empty()) return nullptr;
+  auto table = std::make_unique<format::SkinT>();
+  table->vertices = copy_of(skin.vertices);
+  table->influence_count = skin.influence_count;
+  table->influence_links = copy_of(skin.influence_links);
+  table->influence_weights = copy_of(skin.influence_weights);
+  table->inverse_bind = copy_of(skin.inverse_bind);
+  return table;
+}
+
+// Empty if the skin is sound: whoever follows its indices finds what they name.
+std::string read_skin(const std::unique_ptr<format::SkinT>& table, std::uint64_t links, SkinDesc& skin) {
+  if (table == nullptr) return {};
+  const std::uint64_t vertices = table->vertices.size() / 3, influences = vertices * table->influence_count;
+  if (table->vertices.size() % 3 != 0) return "the vertices of its skin are not x y z";
+  if (table->influence_links.size() != influences || table->influence_weights.size() != influences)
+    return "its skin has influences of another number of vertices";
+  if (!table->inverse_bind.empty() && table->inverse_bind.size() != 16 * links)
+    return "its skin has matrices for another number of links";
+  const auto is_link = [links](std::uint32_t link) { return link < links; };
+  if (!std::all_of(table->influence_links.begin(), table->influence_links.end(), is_link))
+    return "its skin is moved by a link that it does not have";
+  skin.vertices = table->vertices;
+  skin.influence_count = table->influence_count;
+  skin.influence_links = table->influence_links;
+  skin.influence_weights = table->influence_weights;
+  skin.inverse_bind = table->inverse_bind;
+  return {};
+}
+
 // The names as pointers into the table. Empty if there are none, or one per link or instance.
 std::string read_names(const std::vector<std::string>& names, std::size_t count, std::vector<const char*>& pointers) {
   if (!names.empty() && names.size() != count)
@@ -128,14 +159,16 @@ format::ArticulationT articulation_table(const ArticulationDesc& desc, const Art
   for (const Leaf& leaf : desc.leaves) {
     auto entry = std::make_unique<format::LeafT>();
     entry->link = static_cast<std::uint16_t>(leaf.link);
-    entry->box = box_floats(leaf.box);
+    if (leaf.triangles.empty()) entry->box = box_floats(leaf.box);
     entry->parts = part_tables(leaf.parts);
+    entry->triangles = copy_of(leaf.triangles);
     table.leaves.push_back(std::move(entry));
   }
   for (const LinkPair& pair : desc.ignored_pairs)
     for (const std::uint32_t link : {pair.a, pair.b}) table.ignored_pairs.push_back(static_cast<std::uint16_t>(link));
   table.ignored_hops = desc.ignored_hops;
   table.rest_pose = poses_table(desc.rest_pose, links, 1);
+  table.skin = skin_table(desc.skin);
   return table;
 }
 
@@ -205,13 +238,10 @@ std::string ReadArticulation::read(const format::Articulation& table,
   if (!table_.link_joints.empty() && table_.link_joints.size() != 3 * links)
     return "it has joints for another number of links";
   if (table_.leaves.empty() || table_.leaves.size() > kMaxLeaves) return "it has no leaves, or too many";
+  if (const std::string wrong = read_skin(table_.skin, links, view_.desc.skin); !wrong.empty()) return wrong;
   parts_.resize(table_.leaves.size());
-  for (std::size_t n = 0; n < table_.leaves.size(); ++n) {
-    const format::LeafT& leaf = *table_.leaves[n];
-    if (leaf.box.size() != kBoxFloats || leaf.link >= links) return "a leaf has no box, or is on no link";
-    if (const std::string wrong = read_parts(leaf.parts, parts_[n]); !wrong.empty()) return wrong;
-    leaves_.push_back({leaf.link, box_of(leaf.box), parts_[n]});
-  }
+  for (std::size_t n = 0; n < table_.leaves.size(); ++n)
+    if (const std::string wrong = read_leaf(n); !wrong.empty()) return wrong;
   if (table_.ignored_pairs.size() % 2 != 0) return "its ignored pairs are not pairs";
   for (std::size_t k = 0; k < table_.ignored_pairs.size(); k += 2)
     ignored_.push_back({table_.ignored_pairs[k], table_.ignored_pairs[k + 1]});
@@ -223,6 +253,22 @@ std::string ReadArticulation::read(const format::Articulation& table,
   view_.desc.ignored_pairs = ignored_;
   view_.desc.ignored_hops = table_.ignored_hops;
   return read_poses(table_.rest_pose, links, 1, view_.desc.rest_pose);
+}
+
+std::string ReadArticulation::read_leaf(std::size_t n) {
+  const format::LeafT& leaf = *table_.leaves[n];
+  if (leaf.link >= table_.link_parents.size()) return "a leaf is on no link";
+  if (const std::string wrong = read_parts(leaf.parts, parts_[n]); !wrong.empty()) return wrong;
+  leaves_.push_back({leaf.link, {}, parts_[n], leaf.triangles});
+  if (leaf.triangles.empty()) {
+    if (leaf.box.size() != kBoxFloats) return "a leaf has neither a box nor triangles";
+    leaves_.back().box = box_of(leaf.box);
+    return {};
+  }
+  const auto is_vertex = [vertices = view_.desc.skin.vertices.size / 3](std::uint32_t v) { return v < vertices; };
+  if (leaf.triangles.size() % 3 != 0 || !std::all_of(leaf.triangles.begin(), leaf.triangles.end(), is_vertex))
+    return "the triangles of a leaf are incomplete, or have vertices that its skin does not have";
+  return {};
 }
 
 std::string ReadArticulation::read_level(const std::vector<std::unique_ptr<ReadArticulation>>& before) {

@@ -33,6 +33,7 @@ class ReadArticulation {
   const RecordedArticulation& view() const { return view_; }
 
  private:
+  std::string read_leaf(std::size_t n);
   std::string read_level(const std::vector<std::unique_ptr<ReadArticulation>>& before);
 
   format::ArticulationT table_;

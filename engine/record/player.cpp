@@ -12,7 +12,7 @@
 namespace cab::record {
 namespace {
 
-// The most hits that a frame finds room for at first.
+// The most hits, and triangles, that a frame finds room for at first.
 constexpr std::size_t kFirstRoom = 256;
 
 void require(Status status, const std::string& what) {
@@ -42,12 +42,17 @@ struct Player::Storage {
   std::vector<Contact> contacts;
   std::size_t hit_count = 0;
   bool has_contacts = false;
+  std::vector<Hit> pairs;  // with the engine's slots
+  std::vector<TouchingTriangles> triangles;
+  std::size_t triangle_count = 0;
   FrameStats stats;
 
   ~Storage() { destroy_engine(engine); }
   void add_articulations();
-  void use(Span<const BatchInput> inputs);
+  void make_batches(Span<const BatchInput> inputs);
+  std::vector<BatchInput> use(Span<const BatchInput> inputs);
   void run(const RecordedFrame& frame, const Policies* policies);
+  void find_triangles(const RecordedFrame& frame, Span<const Hit> of);
 };
 
 void Player::Storage::add_articulations() {
@@ -66,9 +71,17 @@ void Player::Storage::add_articulations() {
   }
 }
 
+// The inputs of a frame, of batches of the engine.
+std::vector<BatchInput> Player::Storage::use(Span<const BatchInput> inputs) {
+  make_batches(inputs);
+  std::vector<BatchInput> used(inputs.begin(), inputs.end());
+  for (BatchInput& input : used) input.batch = batches.at(index_of(input.batch)).id;
+  return used;
+}
+
 // Makes the batches that a frame needs, if they are not there, and keeps those of other slots. They are added in the
 // order of their slots, which is the order of hits.
-void Player::Storage::use(Span<const BatchInput> inputs) {
+void Player::Storage::make_batches(Span<const BatchInput> inputs) {
   const auto has_room = [&](const BatchInput& input) {
     const auto found = batches.find(index_of(input.batch));
     return found != batches.end() && found->second.room >= input.count;
@@ -108,9 +121,7 @@ void Player::Storage::use(Span<const BatchInput> inputs) {
 }
 
 void Player::Storage::run(const RecordedFrame& frame, const Policies* policies) {
-  use(frame.job.inputs);
-  std::vector<BatchInput> inputs(frame.job.inputs.begin(), frame.job.inputs.end());
-  for (BatchInput& input : inputs) input.batch = batches.at(index_of(input.batch)).id;
+  const std::vector<BatchInput> inputs = use(frame.job.inputs);
   std::vector<PairRule> rules(frame.job.rules.begin(), frame.job.rules.end());
   for (PairRule& rule : rules)
     for (BatchId* const id : {&rule.a, &rule.b}) {
@@ -141,6 +152,26 @@ void Player::Storage::run(const RecordedFrame& frame, const Policies* policies) 
     for (BatchSlot* const slot : {&hits[h].batch_a, &hits[h].batch_b}) slot->value = slots[slot->value - 1];
 }
 
+void Player::Storage::find_triangles(const RecordedFrame& frame, Span<const Hit> of) {
+  triangle_count = 0;
+  const std::vector<BatchInput> inputs = use(frame.job.inputs);
+  pairs.assign(of.begin(), of.end());
+  for (Hit& pair : pairs)
+    for (BatchSlot* const slot : {&pair.batch_a, &pair.batch_b}) {
+      const auto found = std::find(slots.begin(), slots.end(), slot->value);
+      if (found == slots.end()) throw Failure("a hit is of a batch that the frame does not have");
+      slot->value = static_cast<std::uint32_t>(found - slots.begin()) + 1;
+    }
+  std::size_t needed = std::max(triangles.size(), kFirstRoom);
+  Status status = Status::kHitsOverflow;
+  while (status == Status::kHitsOverflow) {
+    triangles.resize(needed);
+    status = find_touching_triangles(*engine, inputs, pairs, triangles, &needed);
+  }
+  require(status, "the engine refuses the hits");
+  triangle_count = needed;
+}
+
 Player::~Player() { delete storage_; }
 
 bool Player::open(const Recording& recording, const EngineDesc& desc) noexcept {
@@ -158,6 +189,18 @@ bool Player::run(const RecordedFrame& frame, const Policies* policies) noexcept 
     if (to.engine == nullptr) throw Failure("no recording is open");
     to.run(frame, policies);
   });
+}
+
+bool Player::find_triangles(const RecordedFrame& frame, Span<const Hit> pairs) noexcept {
+  return attempt(storage_, [&](Storage& to) {
+    if (to.engine == nullptr) throw Failure("no recording is open");
+    to.find_triangles(frame, pairs);
+  });
+}
+
+Span<const TouchingTriangles> Player::triangles() const noexcept {
+  if (storage_ == nullptr) return {};
+  return {storage_->triangles.data(), storage_->triangle_count};
 }
 
 Span<const Hit> Player::hits() const noexcept {

@@ -613,8 +613,6 @@ bool Recorder::add_articulation(ArticulationId id, const ArticulationDesc& desc,
                                 const ArticulationNames& names) noexcept {
   return with_file(storage_, [&](Storage& to) {
     check_names(names.links, desc.link_parents.size, "links");
-    for (const Leaf& leaf : desc.leaves)
-      if (leaf.triangles.size > 0) fail("an articulation with a skin is not recorded yet");
     const std::uint32_t index = to.index_of(articulation_table(desc, names));
     to.articulations[id.value] = {index, static_cast<std::uint32_t>(desc.link_parents.size)};
   });

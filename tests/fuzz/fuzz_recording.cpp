@@ -84,6 +84,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     FUZZ_CHECK(frame.contacts.empty() || frame.contacts.size == frame.hits.size);
     if (plays && !player.run(frame)) check_line(player.error());
+    if (plays && !player.find_triangles(frame, frame.hits)) check_line(player.error());
     if (plays) record::hash_hits(player.hits(), player.contacts());
   }
   return 0;

@@ -145,6 +145,13 @@ class Player {
   Span<const Hit> hits() const noexcept;
   Span<const Contact> contacts() const noexcept;  // one per hit, if the frame has_contacts and there is an exact test
 
+  // Finds the triangles of skins that touch in the poses of a frame, of each two links of `pairs`: hits of the
+  // recording or of this player, as find_touching_triangles takes them. False if the engine refuses; error() says why.
+  [[nodiscard]] bool find_triangles(const RecordedFrame& frame, Span<const Hit> pairs) noexcept;
+
+  // What the last find_triangles found, in the order of find_touching_triangles. Valid until its next call.
+  Span<const TouchingTriangles> triangles() const noexcept;
+
   // What the last run did.
   FrameStats stats() const noexcept;
 

@@ -38,6 +38,7 @@ class RecordedEngine {
     BatchDesc batch;
     batch.instance_count = count;
     require(add_articulation(*engine_, desc, &batch.articulation), character.name);
+    has_skins_ = has_skins_ || !desc.skin.vertices.empty();
     BatchId id;
     require(add_batch(*engine_, batch, &id), character.name);
     const std::vector<const char*> links = pointers_to(character.link_names);
@@ -68,7 +69,7 @@ class RecordedEngine {
     job.policies = settings_.policies;
     job.margin = settings_.margin;
     job.min_depth = settings_.min_depth;
-    const bool has_contacts = settings_.policies.exact != Exact::kNone;
+    const bool has_contacts = settings_.policies.exact != Exact::kNone && !has_skins_;
     require(run_with_room(job, hits_, has_contacts ? &contacts_ : nullptr, [&] { return run_frame(*engine_, job); }),
             "frame");
     written(recorder_.add_frame(job, time));
@@ -104,6 +105,7 @@ class RecordedEngine {
   std::vector<std::vector<std::uint8_t>> flags_;
   std::vector<Hit> hits_;
   std::vector<Contact> contacts_;
+  bool has_skins_ = false;  // which have no contacts
   std::uint64_t hit_count_ = 0;
 };
 

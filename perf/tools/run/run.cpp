@@ -37,8 +37,6 @@ void check(const RunOptions& options) {
                      ": boxes alone have no normal and depth; leave out --exact none");
   const bool needs_solids = options.contacts || options.min_depth > 0;
   check_exact(options.world, needs_solids ? Exact::kConvex : options.policies.exact);
-  if (options.world.skin && options.world.skin->surface && !options.recording.path.empty())
-    throw UsageError("--body surface: it is not recorded yet; leave out --record, or choose --body skin");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 input_paths(options.world));
 }

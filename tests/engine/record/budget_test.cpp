@@ -24,7 +24,24 @@ struct Made {
   std::size_t shared_numbers = 9;
   std::uint32_t claimed_frames = 1;
   std::string policy = "refit", value = "cab";
+  // A skin, whose triangles a leaf has in the place of a box.
+  bool has_skin = false;
+  std::uint32_t influence_count = 1, moving_link = 0, shared_leaves = 1;
+  std::size_t numbers_of_vertices = 9, matrix_numbers = 16;
+  std::vector<std::uint32_t> triangles = {0, 1, 2};
 };
+
+// The skin of three vertices, or of as many as are wanted.
+fb::Offset<format::Skin> skin_of(fb::FlatBufferBuilder& builder, const Made& made) {
+  std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  vertices.resize(made.numbers_of_vertices, 1);
+  const std::vector<std::uint32_t> links(3, made.moving_link);
+  const std::vector<float> weights(3, 1);
+  std::vector<float> matrices(made.matrix_numbers, 0);
+  for (std::size_t k = 0; k < matrices.size(); k += 5) matrices[k] = 1;
+  return format::CreateSkin(builder, builder.CreateVector(vertices), made.influence_count, builder.CreateVector(links),
+                            builder.CreateVector(weights), builder.CreateVector(matrices));
+}
 
 std::vector<std::uint8_t> bytes_of(const Made& made) {
   fb::FlatBufferBuilder builder;
@@ -36,12 +53,15 @@ std::vector<std::uint8_t> bytes_of(const Made& made) {
   for (std::uint32_t p = 0; p < made.shared_parts; ++p)
     parts.push_back(format::CreatePart(builder, static_cast<std::uint8_t>(ShapeKind::kBox), place, numbers));
   const auto box = builder.CreateVector(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, .1f, .1f, .1f});
-  const auto leaf = format::CreateLeaf(builder, 0, box, builder.CreateVector(parts));
-  const auto leaves = builder.CreateVector(std::vector<fb::Offset<format::Leaf>>{leaf});
+  const auto leaf = made.has_skin ? format::CreateLeaf(builder, 0, 0, 0, builder.CreateVector(made.triangles))
+                                  : format::CreateLeaf(builder, 0, box, builder.CreateVector(parts));
+  const auto leaves = builder.CreateVector(std::vector<fb::Offset<format::Leaf>>(made.shared_leaves, leaf));
+  const auto skin = made.has_skin ? skin_of(builder, made) : fb::Offset<format::Skin>();
   const auto name = builder.CreateString(std::string(made.name_count > 1 ? 5000 : 5, 'n'));
   const auto names = builder.CreateVector(std::vector<fb::Offset<fb::String>>(made.name_count, name));
   const auto parents = builder.CreateVector(std::vector<std::int16_t>{-1});
-  const auto articulation = format::CreateArticulation(builder, 0, made.name_count > 1 ? names : 0, parents, 0, leaves);
+  const auto articulation =
+      format::CreateArticulation(builder, 0, made.name_count > 1 ? names : 0, parents, 0, leaves, 0, 0, 0, 0, skin);
   std::vector<fb::Offset<format::Batch>> batches;
   for (const std::uint32_t slot : {1u, 2u})
     batches.push_back(format::CreateBatch(builder, slot, 0, made.instance_count));
@@ -117,6 +137,47 @@ TEST_CASE("what a frame names and does not have is refused") {
   made = {};
   made.metres_per_unit = -1;
   CHECK(says(reading(made), "its header has no numbers"));
+}
+
+TEST_CASE("a skin is read as it is, and one that names what it does not have is refused") {
+  Made made;
+  made.has_skin = true;
+  made.value = "cab";
+  CHECK(reading(made).empty());
+  const auto refused = [&](const Made& one, const std::string& words) { CHECK(says(reading(one), words)); };
+  Made other = made;
+  for (const std::vector<std::uint32_t>& triangles :
+       {std::vector<std::uint32_t>{0, 1, 3}, {0, 1}, {0, 1, 0xffffffff}}) {
+    other.triangles = triangles;
+    refused(other, "the triangles of a leaf are incomplete, or have vertices that its skin does not have");
+  }
+  other = made;
+  other.triangles = {};
+  refused(other, "a leaf has neither a box nor triangles");
+  other = made;
+  other.moving_link = 1;
+  refused(other, "its skin is moved by a link that it does not have");
+  other = made;
+  other.numbers_of_vertices = 10;
+  refused(other, "the vertices of its skin are not x y z");
+  other.numbers_of_vertices = 12;
+  refused(other, "influences of another number of vertices");
+  other = made;
+  for (const std::uint32_t count : {0u, 2u, 0xffffffffu}) {
+    other.influence_count = count;
+    refused(other, "influences of another number of vertices");
+  }
+  other = made;
+  other.matrix_numbers = 32;
+  refused(other, "its skin has matrices for another number of links");
+  other = made;
+  other.matrix_numbers = 0;
+  CHECK(reading(other).empty());
+  other = made;
+  other.triangles.assign(30000, 0);
+  other.shared_leaves = 1000;
+  CHECK(bytes_of(other).size() < 200000);
+  refused(other, "its definitions name the same lists too often");
 }
 
 TEST_CASE("a policy that is not in the table is refused by its name, and no text of a file is shown as it is") {

@@ -330,7 +330,6 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--body", "surface", "--exact", "convex"}, "convex and fcl, and depths, are about solids"},
       {{"run", file, "--body", "surface", "--contacts"}, "convex and fcl, and depths, are about solids"},
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
-      {{"run", file, "--body", "surface", "--record", "x.cabrec"}, "it is not recorded yet"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
       {{"inspect", file, "--obj", file}, "is an input"},
