@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <vector>
 
 namespace cab::perf {
@@ -22,10 +23,19 @@ struct LinkPlaces {
   auto operator<=>(const LinkPlaces&) const = default;
 };
 
+// A point in the world. NaN if it is not known.
+struct WorldPoint {
+  double x = std::numeric_limits<double>::quiet_NaN();
+  double y = x;
+  double z = x;
+};
+
 // A hit of two links. The depth is NaN if none is known.
 struct LinkHit {
   LinkPlaces links;
   float depth;
+  std::uint32_t triangles = 0;  // pairs of triangles of skins that touch
+  WorldPoint point = {};
 };
 
 // A frame of an interval, and when it was.
@@ -40,8 +50,10 @@ struct Interval {
   LinkPlaces links;
   Moment first;
   Moment last;
-  Moment worst;           // the first frame of the worst depth; without depths the first frame
-  float worst_depth = 0;  // the largest depth of all frames; NaN if none is known
+  Moment worst;  // the first frame of the worst depth; without depths that of most triangles, without those the first
+  float worst_depth = 0;              // the largest depth of all frames; NaN if none is known
+  std::uint32_t worst_triangles = 0;  // in that frame
+  WorldPoint worst_point = {};        // likewise
   std::uint32_t frames() const { return last.frame - first.frame + 1; }
 };
 
@@ -51,9 +63,11 @@ struct PairTotals {
   LinkPlaces links;
   std::uint32_t frames = 0;
   std::uint32_t intervals = 0;
-  std::uint32_t longest = 0;  // frames of the longest interval
-  Moment worst;               // of the worst interval
-  float worst_depth = 0;      // likewise; NaN if none is known
+  std::uint32_t longest = 0;          // frames of the longest interval
+  Moment worst;                       // of the worst interval
+  float worst_depth = 0;              // likewise; NaN if none is known
+  std::uint32_t worst_triangles = 0;  // likewise
+  WorldPoint worst_point = {};        // likewise
 };
 
 // Finds intervals in frames that come one after the other. It keeps the pairs of one frame alone.
@@ -64,7 +78,7 @@ class IntervalFinder {
       : file_(file), found_(std::move(found)) {}
 
   // Frames ascend. A frame that is left out ends every interval. Hits are in any order; of several hits of one pair the
-  // deepest counts.
+  // worst counts.
   void add_frame(const Moment& moment, std::vector<LinkHit> hits);
 
   // Ends every interval.
@@ -78,7 +92,7 @@ class IntervalFinder {
 };
 
 // Whether the first stands before the second, worst first: the deeper one, what has no depth last; then the one of more
-// frames; then by file, links and first frame.
+// triangles; then that of more frames; then by file, links and first frame.
 bool is_worse(const Interval& one, const Interval& other);
 bool is_worse(const PairTotals& one, const PairTotals& other);
 

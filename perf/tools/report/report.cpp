@@ -156,7 +156,7 @@ void write_report_page(OutputFile& out, const Page& viewer, const std::vector<Re
 
 void print_table(const std::vector<ReportFile>& files) {
   TextTable table;
-  table.add_row({"recording", "frames", "intervals", "pairs", "deepest", "", "at frame", "links"});
+  table.add_row({"recording", "frames", "intervals", "pairs", "worst", "", "at frame", "links"});
   for (const std::uint32_t f : worst_files(files)) {
     const ReportFile& file = files[f];
     std::vector<std::string> cells = {file.path, std::to_string(file.frames_read), std::to_string(file.interval_count),
@@ -167,8 +167,11 @@ void print_table(const std::vector<ReportFile>& files) {
       const auto name = [&](const LinkPlace& place) {
         return file.names.character(place) + " " + file.names.link(place);
       };
-      cells.push_back(has_depth ? fixed(static_cast<double>(file.worst->worst_depth), 5) : "-");
-      cells.emplace_back(has_depth && file.metres_per_unit > 0 ? "m" : "");
+      const std::uint32_t triangles = file.worst->worst_triangles;
+      cells.push_back(has_depth       ? fixed(static_cast<double>(file.worst->worst_depth), 5)
+                      : triangles > 0 ? std::to_string(triangles)
+                                      : "-");
+      cells.emplace_back(has_depth && file.metres_per_unit > 0 ? "m deep" : triangles > 0 ? "triangles" : "");
       cells.push_back(std::to_string(file.worst->worst.frame));
       cells.push_back(name(file.worst->links.a) + " and " + name(file.worst->links.b));
     }
@@ -186,7 +189,8 @@ bool print_problems(const ReportOptions& options, const std::vector<ReportFile>&
       is_bad = true;
     }
     if (file.is_open && !file.has_depths && options.min_depth)
-      tell("note", file.path + " has no depths, so --min-depth leaves nothing of it; record it with --contacts");
+      tell("note", file.path + " has no depths, so --min-depth leaves nothing of it; " +
+                       (file.has_triangles ? "triangles have none" : "record it with --contacts"));
   }
   return is_bad;
 }

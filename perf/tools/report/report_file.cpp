@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "perf/tools/replay/hit_names.h"
+#include "perf/tools/report/surface_touches.h"
 
 namespace cab::perf {
 namespace {
@@ -33,21 +34,38 @@ RecordingNames names_of(const record::Recording& recording) {
   return names;
 }
 
-// Which batch a slot is in a frame: that of an input. A slot may be that of another batch once its own was removed.
-using BatchesOfSlots = std::unordered_map<std::uint32_t, std::uint32_t>;
+// The input of a slot in a frame. A slot may be that of another batch once its own was removed.
+using InputsOfSlots = std::unordered_map<std::uint32_t, const BatchInput*>;
 
-BatchesOfSlots slots_of(const FrameJob& job, const RecordingNames& names) {
-  BatchesOfSlots batches;
-  for (const BatchInput& input : job.inputs) {
-    const auto batch = static_cast<std::uint32_t>(input.batch.value - 1);
-    batches[names.batches[batch].slot] = batch;
-  }
-  return batches;
+std::uint32_t batch_index(const BatchInput& input) { return static_cast<std::uint32_t>(input.batch.value - 1); }
+
+InputsOfSlots slots_of(const FrameJob& job, const RecordingNames& names) {
+  InputsOfSlots inputs;
+  for (const BatchInput& input : job.inputs) inputs[names.batches[batch_index(input)].slot] = &input;
+  return inputs;
 }
 
 // A frame that was read has what its hits name.
-LinkPlace place_of(const BatchesOfSlots& slots, BatchSlot slot, std::uint32_t instance, std::uint16_t link) {
-  return {slots.at(slot.value), instance, link};
+LinkPlace place_of(const InputsOfSlots& slots, BatchSlot slot, std::uint32_t instance, std::uint16_t link) {
+  return {batch_index(*slots.at(slot.value)), instance, link};
+}
+
+// What an instance's contacts are relative to. Of a triangle that is the origin of the mesh.
+const double* origin_of(const record::Recording& recording, const BatchInput& input, std::uint32_t instance) {
+  static constexpr double kNone[3] = {0, 0, 0};
+  const record::RecordedBatch batch = recording.batch(batch_index(input));
+  if (!batch.is_static) return input.origins.empty() ? kNone : input.origins.data + 3 * std::size_t{instance};
+  const StaticDesc& desc = batch.static_desc;
+  return instance < desc.bodies.size ? desc.bodies[instance].origin : desc.origin;
+}
+
+// The middle of a contact's two points.
+WorldPoint point_of(const Contact& contact, const double* origin, double metres_per_unit) {
+  const auto middle = [&](int k) {
+    const double points = static_cast<double>(contact.point_a[k]) + static_cast<double>(contact.point_b[k]);
+    return metres_per_unit * (origin[k] + points / 2);
+  };
+  return {middle(0), middle(1), middle(2)};
 }
 
 // The depth of a contact, or NaN if there is none. Then its normal is zero, or the file holds what no test computes.
@@ -59,18 +77,28 @@ float depth_of(const Contact& contact) {
 // A length of time or space that a recording knows, or 0.
 double known(double length) { return std::isfinite(length) && length > 0 ? length : 0; }
 
-std::vector<LinkHit> hits_of(const record::RecordedFrame& frame, const RecordingNames& names, double metres_per_unit) {
-  const BatchesOfSlots slots = slots_of(frame.job, names);
+// touches: by hit, or none. metres: in one unit of the recording, or 1 if that is unknown.
+std::vector<LinkHit> hits_of(const record::Recording& recording, const record::RecordedFrame& frame,
+                             const RecordingNames& names, const std::vector<SurfaceTouch>& touches, double metres) {
+  const InputsOfSlots slots = slots_of(frame.job, names);
   std::vector<LinkHit> hits;
   hits.reserve(frame.hits.size);
   for (std::size_t h = 0; h < frame.hits.size; ++h) {
     const Hit& hit = frame.hits[h];
     const LinkPlace a = place_of(slots, hit.batch_a, hit.instance_a, hit.link_a),
                     b = place_of(slots, hit.batch_b, hit.instance_b, hit.link_b);
-    float depth = std::numeric_limits<float>::quiet_NaN();
-    if (h < frame.contacts.size) depth = depth_of(frame.contacts[h]);
-    if (metres_per_unit > 0) depth = static_cast<float>(static_cast<double>(depth) * metres_per_unit);
-    hits.push_back({{a, b}, depth});
+    LinkHit& entry = hits.emplace_back(LinkHit{{a, b}, std::numeric_limits<float>::quiet_NaN()});
+    if (h < frame.contacts.size) {
+      const Contact& contact = frame.contacts[h];
+      entry.depth = static_cast<float>(static_cast<double>(depth_of(contact)) * metres);
+      if (!std::isnan(entry.depth))
+        entry.point = point_of(contact, origin_of(recording, *slots.at(hit.batch_a.value), hit.instance_a), metres);
+    }
+    if (h < touches.size() && touches[h].triangles > 0) {
+      const scenes::Vec3& place = touches[h].place;
+      entry.triangles = touches[h].triangles;
+      entry.point = {metres * place[0], metres * place[1], metres * place[2]};
+    }
   }
   return hits;
 }
@@ -132,6 +160,8 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
   for (const char* const problem : recording.problems()) file.problems.emplace_back(problem);
   file.names = names_of(recording);
 
+  const double metres = file.metres_per_unit > 0 ? file.metres_per_unit : 1;
+  SurfaceTouches surfaces(recording);
   IntervalFinder finder(index, found);
   UnreadFrames unread(file.problems);
   for (std::uint32_t f = 0; f < file.frames; ++f) {
@@ -140,13 +170,17 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
       unread.end_run();
       ++file.frames_read;
       file.has_depths = file.has_depths || frame.contacts.size > 0;
-      finder.add_frame({f, frame.time}, hits_of(frame, file.names, file.metres_per_unit));
+      const std::vector<SurfaceTouch>& touches = surfaces.of(frame);
+      file.has_triangles = file.has_triangles || !touches.empty();
+      finder.add_frame({f, frame.time}, hits_of(recording, frame, file.names, touches, metres));
     } else {
       unread.add(f, without_path(recording.error(), path));
     }
     advance((f + 1.0) / file.frames);
   }
   unread.end_run();
+  if (!surfaces.error().empty())
+    file.problems.push_back("triangles are not counted: " + without_path(surfaces.error(), "replay"));
   finder.finish();
   if (file.frames == 0) advance(1);
   return file;

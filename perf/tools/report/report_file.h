@@ -22,6 +22,7 @@ struct ReportFile {
   double seconds_per_frame = 0;  // 0: unknown
   double metres_per_unit = 0;    // 0: unknown; then depths stay in the recording's unit
   bool has_depths = false;       // of any hit
+  bool has_triangles = false;    // likewise
   std::vector<std::string> problems;
   RecordingNames names;
 

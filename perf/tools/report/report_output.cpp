@@ -26,6 +26,17 @@ template <class Number>
 std::string number_field(Number number) {
   return std::isfinite(number) ? shortest(number) : std::string();
 }
+std::string count_field(std::uint32_t count) { return count > 0 ? std::to_string(count) : std::string(); }
+
+constexpr const char* kWorstColumns = "worst_depth,worst_triangles,worst_frame,worst_seconds,worst_x,worst_y,worst_z";
+
+// Of an interval or a pair.
+template <class Row>
+void write_worst(std::ostream& out, const Row& row) {
+  out << number_field(row.worst_depth) << ',' << count_field(row.worst_triangles) << ',' << row.worst.frame << ','
+      << number_field(row.worst.seconds) << ',' << number_field(row.worst_point.x) << ','
+      << number_field(row.worst_point.y) << ',' << number_field(row.worst_point.z);
+}
 
 // The shortest decimal number of a float, so that JSON has no digits that the float does not have.
 Json decimal(float value) {
@@ -49,6 +60,16 @@ Json links_json(const ReportFile& file, std::uint32_t index, const LinkPlaces& l
           {"b", place_json(file, links.b)}};
 }
 
+template <class Row>
+void add_worst(Json& json, const Row& row) {
+  const WorldPoint& point = row.worst_point;
+  json["worst_depth"] = decimal(row.worst_depth);
+  json["worst_triangles"] = row.worst_triangles > 0 ? Json(row.worst_triangles) : Json();
+  json["worst_frame"] = row.worst.frame;
+  json["worst_seconds"] = row.worst.seconds;
+  json["worst_point"] = std::isfinite(point.x + point.y + point.z) ? Json({point.x, point.y, point.z}) : Json();
+}
+
 Json interval_json(const ReportFile& file, const Interval& interval) {
   Json json = links_json(file, interval.file, interval.links);
   json["first"] = interval.first.frame;
@@ -56,9 +77,7 @@ Json interval_json(const ReportFile& file, const Interval& interval) {
   json["frames"] = interval.frames();
   json["first_seconds"] = interval.first.seconds;
   json["last_seconds"] = interval.last.seconds;
-  json["worst_depth"] = decimal(interval.worst_depth);
-  json["worst_frame"] = interval.worst.frame;
-  json["worst_seconds"] = interval.worst.seconds;
+  add_worst(json, interval);
   return json;
 }
 
@@ -68,9 +87,7 @@ Json pair_json(const ReportFile& file, const PairTotals& pair) {
   json["share"] = share_of_frames(file, pair);
   json["intervals"] = pair.intervals;
   json["longest"] = pair.longest;
-  json["worst_depth"] = decimal(pair.worst_depth);
-  json["worst_frame"] = pair.worst.frame;
-  json["worst_seconds"] = pair.worst.seconds;
+  add_worst(json, pair);
   return json;
 }
 
@@ -99,31 +116,31 @@ void append_rows(std::string& text, const char* key, const Rows& rows, const ToJ
 }  // namespace
 
 void write_interval_header(std::ostream& out) {
-  out << kLinkColumns
-      << ",first_frame,last_frame,frames,first_seconds,last_seconds,worst_depth,worst_frame,worst_seconds,problem\n";
+  out << kLinkColumns << ",first_frame,last_frame,frames,first_seconds,last_seconds," << kWorstColumns << ",problem\n";
 }
 
 void write_interval(std::ostream& out, const ReportFile& file, const Interval& interval) {
   write_links(out, file, interval.links);
   out << ',' << interval.first.frame << ',' << interval.last.frame << ',' << interval.frames() << ','
-      << number_field(interval.first.seconds) << ',' << number_field(interval.last.seconds) << ','
-      << number_field(interval.worst_depth) << ',' << interval.worst.frame << ','
-      << number_field(interval.worst.seconds) << ",\n";
+      << number_field(interval.first.seconds) << ',' << number_field(interval.last.seconds) << ',';
+  write_worst(out, interval);
+  out << ",\n";
 }
 
 void write_problem(std::ostream& out, const ReportFile& file, const std::string& problem) {
-  out << csv_field(file.path) << ",,,,,,,,,,,,," << csv_field(problem) << '\n';
+  out << csv_field(file.path) << ",,,,,,,,,,,,,,,,," << csv_field(problem) << '\n';
 }
 
 void write_pair_header(std::ostream& out) {
-  out << kLinkColumns << ",frames,share,intervals,longest_frames,worst_depth,worst_frame,worst_seconds\n";
+  out << kLinkColumns << ",frames,share,intervals,longest_frames," << kWorstColumns << '\n';
 }
 
 void write_pair(std::ostream& out, const ReportFile& file, const PairTotals& pair) {
   write_links(out, file, pair.links);
   out << ',' << pair.frames << ',' << shortest(share_of_frames(file, pair)) << ',' << pair.intervals << ','
-      << pair.longest << ',' << number_field(pair.worst_depth) << ',' << pair.worst.frame << ','
-      << number_field(pair.worst.seconds) << '\n';
+      << pair.longest << ',';
+  write_worst(out, pair);
+  out << '\n';
 }
 
 double share_of_frames(const ReportFile& file, const PairTotals& pair) {

@@ -85,26 +85,58 @@ TEST_CASE("without depths the worst frame is the first, and one known depth is e
   CHECK(intervals[0].worst.frame == 1);
 }
 
-TEST_CASE("of several hits of one pair in a frame the deepest counts") {
-  const auto intervals = intervals_of({{0, {{kPair, 1}, {kPair, kNone}, {kPair, 5}, {kPair, 2}}}});
+TEST_CASE("of several hits of one pair in a frame the deepest counts, and without depths that of most triangles") {
+  auto intervals = intervals_of({{0, {{kPair, 1}, {kPair, kNone, 99}, {kPair, 5}, {kPair, 2}}}});
   REQUIRE(intervals.size() == 1);
   CHECK(intervals[0].worst_depth == 5);
+  CHECK(intervals[0].worst_triangles == 0);
+  intervals = intervals_of({{0, {{kPair, kNone, 2}, {kPair, kNone, 7}, {kPair, kNone}}}});
+  REQUIRE(intervals.size() == 1);
+  CHECK(intervals[0].worst_triangles == 7);
 }
 
-TEST_CASE("worst first: the deeper, then the longer, then by file, links and frame, without a depth last") {
-  const auto interval = [](float depth, std::uint32_t frames, std::uint32_t file = 0, std::uint32_t first = 0) {
-    return Interval{file, kPair, {first, 0}, {first + frames - 1, 0}, {first, 0}, depth};
+TEST_CASE("without depths the worst frame is the first of those with most triangles, and its point is kept") {
+  const auto intervals = intervals_of({{0, {{kPair, kNone, 3, {0, 0, 0}}}},
+                                       {1, {{kPair, kNone, 8, {1, 2, 3}}}},
+                                       {2, {{kPair, kNone, 8, {4, 5, 6}}}},
+                                       {3, {{kPair, kNone}}}});
+  REQUIRE(intervals.size() == 1);
+  CHECK(intervals[0].worst.frame == 1);
+  CHECK(intervals[0].worst_triangles == 8);
+  CHECK(intervals[0].worst_point.x == 1);
+  CHECK(intervals[0].worst_point.y == 2);
+  CHECK(intervals[0].worst_point.z == 3);
+  const std::vector<PairTotals> pairs = pairs_of(intervals);
+  REQUIRE(pairs.size() == 1);
+  CHECK(pairs[0].worst_triangles == 8);
+  CHECK(pairs[0].worst_point.z == 3);
+  CHECK(std::isnan(intervals_of({{0, {{kPair, 1}}}})[0].worst_point.x));
+}
+
+TEST_CASE("worst first: the deeper, of more triangles, longer, then by file, links and frame, without a depth last") {
+  const auto interval = [](float depth, std::uint32_t frames, std::uint32_t file = 0, std::uint32_t first = 0,
+                           std::uint32_t triangles = 0) {
+    return Interval{file, kPair, {first, 0}, {first + frames - 1, 0}, {first, 0}, depth, triangles};
   };
-  const std::vector<Interval> in_order = {interval(2, 1),        interval(1, 9),        interval(1, 3),
-                                          interval(1, 3, 0, 50), interval(1, 3, 1),     interval(-1, 99),
-                                          interval(kNone, 100),  interval(kNone, 9, 4), interval(kNone, 8)};
+  const std::vector<Interval> in_order = {interval(2, 1),
+                                          interval(1, 9),
+                                          interval(1, 3),
+                                          interval(1, 3, 0, 50),
+                                          interval(1, 3, 1),
+                                          interval(-1, 99),
+                                          interval(kNone, 1, 0, 0, 9),
+                                          interval(kNone, 200, 0, 0, 8),
+                                          interval(kNone, 100),
+                                          interval(kNone, 9, 4),
+                                          interval(kNone, 8)};
   for (std::size_t i = 0; i < in_order.size(); ++i)
     for (std::size_t j = 0; j < in_order.size(); ++j) CHECK(perf::is_worse(in_order[i], in_order[j]) == (i < j));
 
   const auto pair = [](float depth, std::uint32_t frames, std::uint32_t file = 0) {
     return PairTotals{file, kPair, frames, 1, frames, {}, depth};
   };
-  const std::vector<PairTotals> pairs = {pair(2, 1), pair(1, 9), pair(1, 3), pair(1, 3, 1), pair(kNone, 9)};
+  std::vector<PairTotals> pairs = {pair(2, 1), pair(1, 9), pair(1, 3), pair(1, 3, 1), pair(kNone, 1), pair(kNone, 9)};
+  pairs[4].worst_triangles = 1;
   for (std::size_t i = 0; i < pairs.size(); ++i)
     for (std::size_t j = 0; j < pairs.size(); ++j) CHECK(perf::is_worse(pairs[i], pairs[j]) == (i < j));
 }

@@ -46,12 +46,17 @@ TEST_CASE("rows of CSV: names are quoted where need be, and an unknown depth is 
   const perf::ReportFile file = made_file();
   const std::string links = "\"a, \"\"b\"\".cab\",anna,arm,ben,hips,";
   CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, kInterval); }) ==
-        links + "2,5,4,0.5,1.25,0.1,4,1,\n");
+        links + "2,5,4,0.5,1.25,0.1,,4,1,,,,\n");
   perf::Interval unknown = kInterval;
   unknown.worst_depth = kNone;
   unknown.first.seconds = std::numeric_limits<double>::infinity();
-  CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, unknown); }) == links + "2,5,4,,1.25,,4,1,\n");
-  CHECK(text_of([&](std::ostream& out) { perf::write_pair(out, file, kPair); }) == links + "6,0.75,2,4,0.1,4,1\n");
+  CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, unknown); }) ==
+        links + "2,5,4,,1.25,,,4,1,,,,\n");
+  unknown.worst_triangles = 25;
+  unknown.worst_point = {0.5, -2, 7};
+  CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, unknown); }) ==
+        links + "2,5,4,,1.25,,25,4,1,0.5,-2,7,\n");
+  CHECK(text_of([&](std::ostream& out) { perf::write_pair(out, file, kPair); }) == links + "6,0.75,2,4,0.1,,4,1,,,\n");
 }
 
 TEST_CASE("a row of CSV has as many fields as its header") {
@@ -88,6 +93,8 @@ TEST_CASE("the JSON of the page has all members, and decimals without digits tha
   CHECK(json["min_depth"].is_null());
   page.intervals = {kInterval, kInterval};
   page.intervals[1].worst_depth = kNone;
+  page.intervals[1].worst_triangles = 25;
+  page.intervals[1].worst_point = {0.5, -2, 7};
   page.pairs = {kPair};
   page.min_depth = 0.01;
   page.min_frames = 2;
@@ -118,18 +125,24 @@ TEST_CASE("the JSON of the page has all members, and decimals without digits tha
                    {"first_seconds", 0.5},
                    {"last_seconds", 1.25},
                    {"worst_depth", 0.1},
+                   {"worst_triangles", nullptr},
                    {"worst_frame", 4},
-                   {"worst_seconds", 1.0}});
+                   {"worst_seconds", 1.0},
+                   {"worst_point", nullptr}});
   pair.update({{"frames", 6},
                {"share", 0.75},
                {"intervals", 2},
                {"longest", 4},
                {"worst_depth", 0.1},
+               {"worst_triangles", nullptr},
                {"worst_frame", 4},
-               {"worst_seconds", 1.0}});
+               {"worst_seconds", 1.0},
+               {"worst_point", nullptr}});
   CHECK(json["intervals"][0] == interval);
   CHECK(json["pairs"][0] == pair);
   CHECK(json["intervals"][1]["worst_depth"].is_null());
+  CHECK(json["intervals"][1]["worst_triangles"] == 25);
+  CHECK(json["intervals"][1]["worst_point"] == Json({0.5, -2.0, 7.0}));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
+#include "tests/scenes/import/made_skin.h"
 
 namespace cab::tests {
 namespace {
@@ -158,6 +159,41 @@ TEST_CASE("without depths the longest come first, and a filter by depth is told"
   CHECK(rows_of(read_text(files.csv)).size() == 1);
 }
 
+TEST_CASE("of recorded skins the triangles are counted that touch, most first, and lie where the skins do") {
+  const TemporaryFolder folder;
+  const std::string file = folder / "boxes.glb", recording = folder / "boxes.cab", csv = folder / "boxes.csv";
+  write_text(file, glb(two_boxes()));
+  const Outcome run = run_command("run", {file, file, "--offset", "0,0,0", "--offset", "0.5,0,0", "--body", "surface",
+                                          "--animation", "out", "--record", recording});
+  INFO(run.error);
+  REQUIRE(run.exit_code == 0);
+  const Outcome replay = run_command("replay", {recording});
+  INFO(replay.out);
+  CHECK(replay.exit_code == 0);
+  CHECK(run_command("replay", {recording, "--exact", "convex"}).error.find("articulation with a skin") !=
+        std::string::npos);
+  const Outcome report = run_command("report", {recording, "--csv", csv});
+  INFO(report.error);
+  REQUIRE(report.exit_code == 0);
+  CHECK(report.out.find("triangles") != std::string::npos);
+  const std::vector<Words> rows = rows_of(read_text(csv));
+  REQUIRE(rows.size() > 2);
+  double last = 1e9;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    CHECK(field(rows, r, "worst_depth").empty());
+    const double triangles = std::atof(field(rows, r, "worst_triangles").c_str());
+    CHECK(triangles >= 1);
+    CHECK(triangles <= last);
+    last = triangles;
+    // Each figure is 2 wide, and the second half a metre beside the first.
+    const double x = std::atof(field(rows, r, "worst_x").c_str()), y = std::atof(field(rows, r, "worst_y").c_str());
+    CHECK(x >= -1 - 1e-6);
+    CHECK(x <= 1.5 + 1e-6);
+    CHECK(y >= -1 - 1e-6);
+    CHECK(y <= 1 + 1e-6);
+  }
+}
+
 TEST_CASE("one bad file among good ones is a row with its error, and the exit code is 1") {
   const Files files;
   const std::string bad = files.folder / "bad.cab", cut = files.folder / "cut.cab";
@@ -175,7 +211,7 @@ TEST_CASE("one bad file among good ones is a row with its error, and the exit co
   CHECK(json["files"][1]["problems"].size() == 1);
   CHECK(json["intervals"].size() > 0);
   const std::string csv = read_text(files.csv);
-  CHECK(csv.find("\n" + bad + ",,,,,,,,,,,,,") != std::string::npos);
+  CHECK(csv.find("\n" + bad + ",,,,,,,,,,,,,,,,,") != std::string::npos);
 }
 
 TEST_CASE("without the page of the viewer the CSV is written, and the reason why there is no page is told") {
