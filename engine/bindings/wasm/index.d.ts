@@ -29,7 +29,8 @@ export type StatusName =
     'bad_scales' |
     'bad_count' | 'bad_instances' | 'bad_margins' | 'bad_pair_rule' | 'pair_rule_given_twice' | 'exact_not_built' |
     'bad_margin' | 'bad_min_depth' | 'contacts_need_exact' | 'bad_lod' | 'too_few_leaves' | 'lod_leaf_too_small' |
-    'lod_without_shapes' | 'bad_instance' | 'bad_query' | (string & {});
+    'lod_without_shapes' | 'bad_instance' | 'bad_query' | 'bad_skin' | 'bad_leaf_triangles' | 'too_many_influences' |
+    'skin_not_taken' | (string & {});
 
 /** A call that the engine refused. The world is as it was before the call. */
 export declare class CabError extends Error {
@@ -107,11 +108,35 @@ export interface ConvexPart {
 }
 
 /** A rigid body on one link. */
-export interface Leaf {
+export interface RigidLeaf {
   link: number;
   box: Box;
   /** The exact shape, a union of convex parts. Left out: the box itself. */
   parts?: readonly ConvexPart[];
+}
+
+/** A part of the articulation's skin. The library makes its box, in every frame. */
+export interface SkinnedLeaf {
+  /** The link with most of the triangles' weight. */
+  link: number;
+  /** Three indices of vertices each: some 50 to 200 triangles that are next to each other. */
+  triangles: Numbers;
+}
+
+export type Leaf = RigidLeaf | SkinnedLeaf;
+
+/** Vertices that several links move by a linear blend, as glTF and three.js have it (`SkinnedMesh`). */
+export interface SkinDesc {
+  /** x y z per vertex, in the skin's own frame. */
+  vertices: Numbers;
+  /** How many links move a vertex at most. Default: 4. */
+  influenceCount?: number;
+  /** The index of each link that moves a vertex, influenceCount per vertex: `skinIndex` of three.js. */
+  influenceLinks: Numbers;
+  /** Its weight, 0 or more; those of a vertex are divided by their sum: `skinWeight` of three.js. */
+  influenceWeights: Numbers;
+  /** 16 numbers by columns per link, from the skin to the link. Default: links have the skin's frame. */
+  inverseBind?: Numbers;
 }
 
 /**
@@ -142,6 +167,8 @@ export interface ArticulationDesc {
   ignoredHops?: number;
   /** The pose of one instance. Links whose leaf boxes touch in it are not reported against each other. */
   restPose?: Poses;
+  /** The vertices of leaves with triangles. */
+  skin?: SkinDesc;
 }
 
 /** Shapes that do not change, shared by all instances of a batch. */
@@ -389,6 +416,29 @@ export declare class Hits implements List<Hit, FrameStats> {
   readonly wordsPerContact: number;
 }
 
+/** Two triangles of skins that touch. */
+export interface TouchingPair {
+  /** Index of the two links in the pairs that were asked for. */
+  pair: number;
+  leafA: number;
+  leafB: number;
+  /** Which triangle of leaf a, and of leaf b: an index in `Leaf.triangles`, over 3. */
+  triangleA: number;
+  triangleB: number;
+}
+
+/** Sorted by pair, leaves, then triangles. `words()` has `wordsPerHit` each: pair, both leaves, triangle a, triangle b. */
+export declare class TouchingTriangles implements List<TouchingPair, undefined> {
+  private constructor();
+  readonly length: number;
+  readonly stats: undefined;
+  readonly wordsPerHit: number;
+  at(i: number): TouchingPair;
+  toArray(): TouchingPair[];
+  words(): Uint32Array;
+  [Symbol.iterator](): Iterator<TouchingPair>;
+}
+
 /** All boxes of a batch, relative to the origin of their instance, along the world's axes. */
 export interface BatchBoxes {
   /** How many boxes each instance has: leaves first, the root last. */
@@ -446,6 +496,16 @@ export interface QueryJob {
   exact?: Exact;
   /** States that poses are those of the last frame. */
   reuseBounds?: boolean;
+  /** Whether hits of rays say where on the triangles of a skin they are; with `exact: 'surface'`. */
+  surfacePoints?: boolean;
+}
+
+/** A point on a triangle of a skin. */
+export interface SurfacePoint {
+  /** Which triangle of the hit's leaf: an index in `Leaf.triangles`, over 3. */
+  triangle: number;
+  /** Of its three corners: 0 to 1, and they add to 1 but for rounding. */
+  weights: number[];
 }
 
 /** A link that a query found. */
@@ -462,6 +522,8 @@ export interface QueryHit {
   normal: number[];
   /** Whether a ray begins, or a point is, inside the link. */
   inside: boolean;
+  /** With `QueryJob.surfacePoints`. Null: the hit is not on triangles. */
+  surfacePoint?: SurfacePoint | null;
 }
 
 export interface QueryStats {
@@ -482,6 +544,8 @@ export declare class QueryHits implements List<QueryHit, QueryStats> {
   toArray(): QueryHit[];
   words(): Uint32Array;
   [Symbol.iterator](): Iterator<QueryHit>;
+  /** With `QueryJob.surfacePoints`. Null: the hit is not on triangles. */
+  surfacePoint(i: number): SurfacePoint | null;
 }
 
 // -------------------------------------------------------------------------------------------------------------- world
@@ -530,6 +594,12 @@ export declare class World {
 
   /** Poses all instances, and finds the links that touch. Hits last until the next `runFrame`. */
   runFrame(job: FrameJob): Hits;
+  /**
+   * The triangles of skins that touch, of each two links of `pairs`: the hits of the last `runFrame`, or words of hits
+   * as `Hits.words()` has them. `batches`: those whose poses are needed. Default: those that pairs name. The list lasts
+   * until the next `findTouchingTriangles`.
+   */
+  findTouchingTriangles(job: {pairs: Hits | Uint32Array; batches?: readonly Batch[]}): TouchingTriangles;
   /** Answers rays, shapes, points and regions. Hits last until the next `runQueries`. */
   runQueries(job: QueryJob): QueryHits;
   /** Poses all instances of a batch, and gives the boxes that `runFrame` tests. Of masked ones `half` is 0. */

@@ -52,8 +52,12 @@ const ARRAYS = {
 // The statuses of calls that add something which say which element is at fault.
 const HAS_ELEMENT = new Set(['bad_parent', 'bad_joint', 'bad_leaf_link', 'bad_leaf_box', 'bad_leaf_axes', 'bad_shape',
                              'shape_outside_leaf_box', 'bad_ignored_pair', 'bad_static_body', 'bad_triangles',
-                             'bad_lod', 'lod_leaf_too_small']);
+                             'bad_lod', 'lod_leaf_too_small', 'bad_skin', 'bad_leaf_triangles',
+                             'too_many_influences']);
 const NO_ELEMENT = 0xffffffff;
+
+// SurfacePoint::triangle of a hit that is not on triangles.
+const NO_TRIANGLE = 0xffffffff;
 
 const nameOf = (enumeration, value) =>
     Object.keys(enums[enumeration].values).find((name) => enums[enumeration].values[name] === value) ?? value;
@@ -226,8 +230,7 @@ class Structs {
   #setMember(where, {type, count}, at, value) {
     if (type.startsWith('[')) {
       const {data, size} = this.span(where, type.slice(1, -1), value);
-      this.view.setUint32(at, data, true);
-      this.view.setUint32(at + 4, size, true);
+      this.setSpan(at, data, size);
     } else if (count) {
       const flat = ArrayBuffer.isView(value) ? value : Array.from(value ?? []).flat();
       if (flat.length !== count) throw new TypeError(`cab: ${where} needs ${count} numbers, not ${flat.length}`);
@@ -297,11 +300,15 @@ class Structs {
     return {data, size: length};
   }
 
+  setSpan(at, data, size) {
+    this.view.setUint32(at, data, true);
+    this.view.setUint32(at + 4, size, true);
+  }
+
   // The address of a new span of so many values.
   spanAt(data, size) {
     const at = this.take(8);
-    this.view.setUint32(at, data, true);
-    this.view.setUint32(at + 4, size, true);
+    this.setSpan(at, data, size);
     return at;
   }
 
@@ -495,9 +502,11 @@ export class World {
   #engine;
   #batches = new Map();  // slot -> Batch
   #hits = {at: 0, contacts: 0, room: 0};
-  #found = {at: 0, room: 0};
+  #found = {at: 0, points: 0, room: 0};
+  #triangles = {at: 0, room: 0};
   #frame = 0;
   #asked = 0;
+  #searched = 0;
 
   constructor(structs_, desc) {
     this.#structs = structs_;
@@ -526,12 +535,15 @@ export class World {
     for (const batch of this.#batches.values()) batch._release();
     this.#batches.clear();
     this.#exports.cab_destroy_engine(this.#engine);
-    for (const at of [this.#hits.at, this.#hits.contacts, this.#found.at]) this.#exports.free(at);
+    const {at, contacts} = this.#hits;
+    for (const kept of [at, contacts, this.#found.at, this.#found.points, this.#triangles.at]) this.#exports.free(kept);
     this.#hits = {at: 0, contacts: 0, room: 0};
-    this.#found = {at: 0, room: 0};
+    this.#found = {at: 0, points: 0, room: 0};
+    this.#triangles = {at: 0, room: 0};
     this.#engine = 0;
     ++this.#frame;
     ++this.#asked;
+    ++this.#searched;
   }
 
   // Calls call(engine, desc, out, badElement), which adds something, and returns its id. descOf() makes the members of
@@ -718,11 +730,9 @@ export class World {
   }
 
   #giveRoom(job, wantsContacts) {
-    const {view} = this.#structs, {members} = structs.FrameJob, {at, contacts, room} = this.#hits;
-    view.setUint32(job + members.hits.at, at, true);
-    view.setUint32(job + members.hits.at + 4, room, true);
-    view.setUint32(job + members.contacts.at, wantsContacts ? contacts : 0, true);
-    view.setUint32(job + members.contacts.at + 4, wantsContacts ? room : 0, true);
+    const {members} = structs.FrameJob, {at, contacts, room} = this.#hits;
+    this.#structs.setSpan(job + members.hits.at, at, room);
+    this.#structs.setSpan(job + members.contacts.at, wantsContacts ? contacts : 0, wantsContacts ? room : 0);
   }
 
   // Makes room for as many hits, and some more.
@@ -737,11 +747,54 @@ export class World {
     return true;
   }
 
+  findTouchingTriangles(job) {
+    const structs_ = this.#structs, engine = this.#alive();
+    const {pairs, batches, ...rest} = job;
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: findTouchingTriangles takes no '${key}'`);
+    if (pairs instanceof Hits && pairs._batches !== this.#batches) throw new TypeError('cab: pairs are of another world');
+    ++this.#searched;
+    return structs_.borrowed(() => {
+      const wordsOf = structs.Hit.size / 4;
+      const {data, size} = pairs instanceof Hits ? pairs._place() : structs_.span('pairs', 'u32', pairs);
+      if (size % wordsOf) throw new TypeError(`cab: pairs needs ${wordsOf} words for each pair, not ${size} words`);
+      const of = structs_.spanAt(data, size / wordsOf);
+      const given = batches ?? this.#batchesOf(structs_.array('u32', data, size), wordsOf);
+      const inputs = structs_.span('batches', 'BatchInput', given.map(inputOf));
+      const inputsAt = structs_.spanAt(inputs.data, inputs.size), found = structs_.take(4);
+      let code, count;
+      for (;;) {
+        const out = structs_.spanAt(this.#triangles.at, this.#triangles.room);
+        code = this.#exports.cab_find_touching_triangles(engine, inputsAt, of, out, found);
+        count = structs_.view.getUint32(found, true);
+        if (code !== enums.Status.values.hits_overflow) break;
+        const room = count + (count >> 1) + 64;
+        this.#exports.free(this.#triangles.at);
+        this.#triangles = {at: 0, room: 0};
+        this.#triangles = {at: structs_.allocate(structs.TouchingTriangles.size * room), room};
+      }
+      structs_.check(code);
+      return new TouchingTriangles(structs_, this.#batches, {
+        count,
+        at: this.#triangles.at,
+        isCurrent: ((call) => () => call === this.#searched)(this.#searched),
+      });
+    });
+  }
+
+  // The batches that the words of hits name. The engine refuses those that this world does not have.
+  #batchesOf(words, wordsOf) {
+    const named = new Set();
+    for (let at = 0; at < words.length; at += wordsOf) {
+      for (const slot of [words[at], words[at + 2]]) if (this.#batches.has(slot)) named.add(this.#batches.get(slot));
+    }
+    return [...named];
+  }
+
   // --------------------------------------------------------------------------------------------------------- queries
 
   runQueries(job) {
     const structs_ = this.#structs, engine = this.#alive();
-    const {queries = [], batches = [...this.#batches.values()], exact, reuseBounds, ...rest} = job;
+    const {queries = [], batches = [...this.#batches.values()], exact, reuseBounds, surfacePoints = false, ...rest} = job;
     for (const key of Object.keys(rest)) throw new TypeError(`cab: runQueries takes no '${key}'`);
     ++this.#asked;
     return structs_.borrowed(() => {
@@ -758,18 +811,21 @@ export class World {
         badQuery: asked.length,
         found: new Place(found, asked.length),
       });
+      const {hits, surfacePoints: points} = structs.QueryJob.members;
       let code;
       for (;;) {
-        structs_.view.setUint32(at + structs.QueryJob.members.hits.at, this.#found.at, true);
-        structs_.view.setUint32(at + structs.QueryJob.members.hits.at + 4, this.#found.room, true);
+        structs_.setSpan(at + hits.at, this.#found.at, this.#found.room);
+        if (surfacePoints) structs_.setSpan(at + points.at, this.#found.points, this.#found.room);
         code = this.#exports.cab_run_queries(engine, at);
         if (code === enums.Status.values.no_query_memory) {
           structs_.check(this.#exports.cab_reserve(engine, structs_.make('ReserveDesc', {queries: 256})));
         } else if (code === enums.Status.values.hits_overflow) {
           const needed = structs_.member('QueryJob', 'hitsNeeded', at), room = needed + (needed >> 1) + 64;
-          this.#exports.free(this.#found.at);
-          this.#found = {at: 0, room: 0};
-          this.#found = {at: structs_.allocate(structs.QueryHit.size * room), room};
+          for (const kept of [this.#found.at, this.#found.points]) this.#exports.free(kept);
+          this.#found = {at: 0, points: 0, room: 0};
+          this.#found.at = structs_.allocate(structs.QueryHit.size * room);
+          this.#found.points = structs_.allocate(structs.SurfacePoint.size * room);
+          this.#found.room = room;
         } else {
           break;
         }
@@ -779,6 +835,7 @@ export class World {
       return new QueryHits(structs_, this.#batches, {
         count: structs_.member('QueryJob', 'hitCount', at),
         at: this.#found.at,
+        points: surfacePoints ? this.#found.points : 0,
         found: structs_.array('u8', found, asked.length).slice(),
         stats: structs_.get('QueryStats', at + structs.QueryJob.members.stats.at),
         isCurrent: ((call) => () => call === this.#asked)(this.#asked),
@@ -824,6 +881,9 @@ class List {
   }
 
   get wordsPerHit() { return structs[this._name].size / 4; }
+
+  // Where the words of all entries are.
+  _place() { return new Place(this.length ? this._entry(0) : 0, this.length * structs[this._name].size / 4); }
 
   at(i) { return this._object(i); }
 
@@ -879,15 +939,31 @@ export class Hits extends List {
   }
 }
 
+export class TouchingTriangles extends List {
+  constructor(structs_, batches, values) { super(structs_, batches, {...values, name: 'TouchingTriangles'}); }
+
+  _object(i) { return this._structs.get('TouchingTriangles', this._entry(i)); }
+}
+
 export class QueryHits extends List {
+  #points;
+
   constructor(structs_, batches, values) {
     super(structs_, batches, {...values, name: 'QueryHit'});
     this.found = values.found;
+    this.#points = values.points;
+  }
+
+  surfacePoint(i) {
+    if (!this.#points) throw new TypeError('cab: the queries were not asked for surfacePoints');
+    const point = this._structs.get('SurfacePoint', this._entry(i, 'SurfacePoint', this.#points));
+    return point.triangle === NO_TRIANGLE ? null : point;
   }
 
   _object(i) {
     const hit = this._structs.get('QueryHit', this._entry(i));
     hit.batch = this._batches.get(hit.batch.value);
+    if (this.#points) hit.surfacePoint = this.surfacePoint(i);
     return hit;
   }
 }

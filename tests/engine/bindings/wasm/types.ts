@@ -1,7 +1,7 @@
 // A program that tsc checks against the package's types, and node runs. Lines that must not compile say so.
 import {
   Articulation, ArticulationDesc, Batch, BatchBoxes, Box, Cab, CabError, FrameJob, Hits, hasSimd, load, LodDesc,
-  MergeStep, Query, QueryHits, World
+  MergeStep, Query, QueryHits, SkinDesc, TouchingTriangles, World
 } from 'cab-collision';
 
 const box: Box = {
@@ -54,6 +54,14 @@ async function main(): Promise<string> {
   const met: QueryHits = world.runQueries({queries: [ray, region], exact: 'convex'});
   const links: number[] = Array.from(met, (hit) => hit.link);
 
+  const skin: SkinDesc = {vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0], influenceCount: 1, influenceLinks: [0, 0, 0],
+                          influenceWeights: [1, 1, 1]};
+  const cloth = world.addArticulation({linkParents: [-1], leaves: [{link: 0, triangles: [0, 1, 2]}], skin});
+  const triangles: TouchingTriangles = world.findTouchingTriangles({pairs: world.runFrame(job)});
+  const touching: number[] = triangles.toArray().map((pair) => pair.triangleA);
+  const point = world.runQueries({queries: [region], exact: 'surface', surfacePoints: true}).at(0).surfacePoint;
+  void [cloth, touching, point?.weights];
+
   let status = '';
   try {
     world.runFrame({...job, margin: -1});
@@ -67,7 +75,7 @@ async function main(): Promise<string> {
   const noPreset: FrameJob = {rules: [], policies: 'fastest'};
   // @ts-expect-error: a rule needs a batch
   const noBatch: FrameJob = {rules: [{a: body}]};
-  // @ts-expect-error: a leaf needs a box
+  // @ts-expect-error: a leaf needs a box or triangles
   const noBox: ArticulationDesc = {linkParents: [-1], leaves: [{link: 0}]};
   // @ts-expect-error: a centre is no number
   const noCenter: Box = {...box, center: 1};
