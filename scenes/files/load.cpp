@@ -120,7 +120,9 @@ bool Motion::load(const char* path, const MotionOptions& options) noexcept {
     if (options.motion_path) import.motion = scenes::MotionFile{options.motion_path, options.motion_metres_per_unit};
     if (options.animation) import.animation = options.animation;
     import.frames_per_second = options.frames_per_second;
-    if (options.skin) import.skin = scenes::SkinOptions{};
+    if (options.skin && options.surface)
+      throw std::runtime_error("bodies are hulls about meshes (skin) or triangles of meshes (surface), not both");
+    if (options.skin || options.surface) import.skin.emplace().surface = options.surface;
     import.bodies = {options.stature, options.thickness};
     storage_->clip = scenes::import_clip(path, import);
     storage_->articulation.emplace(storage_->clip.character);

@@ -86,10 +86,10 @@ void bind_engine(py::module_& module) {
       .def("run_queries",
            [](EngineHandle& engine, const std::vector<FrameInput*>& inputs, const std::vector<std::uint64_t>& histories,
               const py::object& queries, const py::object& planes, const std::string& exact, bool reuse_bounds,
-              std::uint8_t report) {
+              std::uint8_t report, bool surface_points) {
              QueryResult result = engine.run_queries(inputs, histories, queries, planes, exact, reuse_bounds,
-                                                     static_cast<QueryReport>(report));
-             return py::make_tuple(result.hits, result.counts, result.found, result.stats);
+                                                     static_cast<QueryReport>(report), surface_points);
+             return py::make_tuple(result.hits, result.counts, result.found, result.surface_points, result.stats);
            })
       .def("compute_contacts", &EngineHandle::compute_contacts)
       .def("find_touching_triangles", &EngineHandle::find_touching_triangles)

@@ -77,6 +77,13 @@ py::dtype touching_triangles_dtype() {
   return members.dtype(sizeof(TouchingTriangles));
 }
 
+py::dtype surface_point_dtype() {
+  Members members;
+  members.add("triangle", "u4", offsetof(SurfacePoint, triangle));
+  members.add("weights", "3f4", offsetof(SurfacePoint, weights));
+  return members.dtype(sizeof(SurfacePoint));
+}
+
 py::dtype query_dtype() {
   Members members;
   members.add("kind", "u1", offsetof(Query, kind));

@@ -10,6 +10,7 @@ namespace py = pybind11;
 py::dtype hit_dtype();                 // Hit
 py::dtype contact_dtype();             // Contact
 py::dtype touching_triangles_dtype();  // TouchingTriangles
+py::dtype surface_point_dtype();       // SurfacePoint
 py::dtype query_dtype();               // Query
 py::dtype query_plane_dtype();         // QueryPlane
 py::dtype query_hit_dtype();           // QueryHit

@@ -357,7 +357,7 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
 QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
                                       const std::vector<std::uint64_t>& histories, const py::object& queries,
                                       const py::object& planes, const std::string& exact, bool reuse_bounds,
-                                      QueryReport report) {
+                                      QueryReport report, bool surface_points) {
   const std::shared_ptr<Engine> held = engine();
   const CallInputs call_inputs(inputs);
   std::vector<HistoryId> history_list;
@@ -393,6 +393,12 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
       job.links = {static_cast<QueryLink*>(hits.mutable_data()), room};
     else
       job.hits = {static_cast<QueryHit*>(hits.mutable_data()), room};
+    py::object points = py::none();
+    if (surface_points) {
+      py::array array = empty_array(surface_point_dtype(), job.hits.size);
+      job.surface_points = {static_cast<SurfacePoint*>(array.mutable_data()), job.hits.size};
+      points = std::move(array);
+    }
     const Status status = reading([&] { return cab::run_queries(*held, job); });
     if (room > 0 && (status == Status::kOk || status == Status::kHitsOverflow))
       query_hit_room_ = job.hits_needed + job.hits_needed / 4 + 64;
@@ -401,7 +407,8 @@ QueryResult EngineHandle::run_queries(const std::vector<FrameInput*>& inputs,
       continue;
     }
     require(status, job.bad_query < job.queries.size ? element("query", job.bad_query) : std::string());
-    return {cut(std::move(hits), job.hit_count), std::move(counts), std::move(found), job.stats};
+    if (surface_points) points = cut(py::cast<py::array>(std::move(points)), job.hits.size > 0 ? job.hit_count : 0);
+    return {cut(std::move(hits), job.hit_count), std::move(counts), std::move(found), std::move(points), job.stats};
   }
 }
 

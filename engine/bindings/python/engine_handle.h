@@ -40,6 +40,7 @@ struct QueryResult {
   py::object hits;
   py::object counts;
   py::object found;
+  py::object surface_points;  // None unless they were asked for
   QueryStats stats;
 };
 
@@ -84,7 +85,7 @@ class EngineHandle {
                         const FrameOptions& options);
   QueryResult run_queries(const std::vector<FrameInput*>& inputs, const std::vector<std::uint64_t>& histories,
                           const py::object& queries, const py::object& planes, const std::string& exact,
-                          bool reuse_bounds, QueryReport report);
+                          bool reuse_bounds, QueryReport report, bool surface_points);
   py::array compute_contacts(const std::vector<FrameInput*>& inputs, const py::object& pairs);
   py::array find_touching_triangles(const std::vector<FrameInput*>& inputs, const py::object& pairs);
   py::array compute_boxes(const FrameInput& input, const PolicyNames& policies);

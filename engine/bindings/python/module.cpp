@@ -55,6 +55,7 @@ PYBIND11_MODULE(_cab, module) {
   module.attr("hit_dtype") = hit_dtype();
   module.attr("contact_dtype") = contact_dtype();
   module.attr("touching_triangles_dtype") = touching_triangles_dtype();
+  module.attr("surface_point_dtype") = surface_point_dtype();
   module.attr("query_dtype") = query_dtype();
   module.attr("query_plane_dtype") = query_plane_dtype();
   module.attr("query_hit_dtype") = query_hit_dtype();

@@ -37,6 +37,10 @@ struct MotionOptions {
   // Whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
   bool skin = false;
 
+  // Whether bodies are the triangles of these meshes, in leaves that follow them (rig::surface_from_skin). Not together
+  // with `skin`. Default: they are not.
+  bool surface = false;
+
   // The person's height in metres, for thickness, and a factor of it. 0 (default): by the figure's own bones.
   double stature = 0;
   double thickness = 1;

@@ -10,6 +10,7 @@
 
 #include "perf/harness/engine_ptr.h"
 #include "scenes/robot/robot.h"
+#include "tests/scenes/import/made_skin.h"
 #include "tests/scenes/temporary_file.h"
 
 namespace {
@@ -42,6 +43,23 @@ bool is_taken(const ArticulationDesc& desc) {
 }
 
 }  // namespace
+
+TEST_CASE("a file's meshes become hulls, or a surface of their triangles, but not both") {
+  const TemporaryFile file("boxes.glb", cab::tests::glb(cab::tests::two_boxes()));
+  files::MotionOptions options;
+  files::Motion motion;
+  options.skin = true;
+  REQUIRE_MESSAGE(motion.load(file.path().c_str(), options), motion.error());
+  CHECK(motion.desc().skin.vertices.empty());
+  options.surface = true;
+  CHECK_FALSE(motion.load(file.path().c_str(), options));
+  CHECK(std::string(motion.error()).find("not both") != std::string::npos);
+  options.skin = false;
+  REQUIRE_MESSAGE(motion.load(file.path().c_str(), options), motion.error());
+  CHECK_FALSE(motion.desc().skin.vertices.empty());
+  for (const Leaf& leaf : motion.desc().leaves) CHECK_FALSE(leaf.triangles.empty());
+  CHECK(is_taken(motion.desc()));
+}
 
 TEST_CASE("a motion file becomes a description with poses and origins") {
   const TemporaryFile file("walk.bvh", kBvh);

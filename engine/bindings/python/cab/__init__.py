@@ -28,6 +28,7 @@ from ._world import Batch, Frame, History, Posed, World
 HIT = _cab.hit_dtype
 CONTACT = _cab.contact_dtype
 TOUCHING_TRIANGLES = _cab.touching_triangles_dtype
+SURFACE_POINT = _cab.surface_point_dtype
 QUERY = _cab.query_dtype
 QUERY_HIT = _cab.query_hit_dtype
 QUERY_LINK = _cab.query_link_dtype
@@ -105,6 +106,7 @@ __all__ = [
     "Robot",
     "Shape",
     "STATE_HIT",
+    "SURFACE_POINT",
     "TOUCHING_TRIANGLES",
     "SkinnedBody",
     "Status",

@@ -8,6 +8,7 @@ import numpy.typing as npt
 hit_dtype: "np.dtype[np.void]"
 contact_dtype: "np.dtype[np.void]"
 touching_triangles_dtype: "np.dtype[np.void]"
+surface_point_dtype: "np.dtype[np.void]"
 query_dtype: "np.dtype[np.void]"
 query_plane_dtype: "np.dtype[np.void]"
 query_hit_dtype: "np.dtype[np.void]"
@@ -132,6 +133,7 @@ def load_motion(
     animation: Optional[bytes],
     frames_per_second: float,
     skin: bool,
+    surface: bool,
     stature: float,
     thickness: float,
 ) -> Tuple[BodyData, List[str], npt.NDArray[np.float32], npt.NDArray[np.float64], float, List[str]]: ...
@@ -306,7 +308,10 @@ class Engine:
         exact: str,
         reuse_bounds: bool,
         report: int,
-    ) -> Tuple[npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.bool_], QueryStats]: ...
+        surface_points: bool,
+    ) -> Tuple[
+        npt.NDArray[np.void], npt.NDArray[np.uint32], npt.NDArray[np.bool_], Optional[npt.NDArray[np.void]], QueryStats
+    ]: ...
     def find_touching_triangles(
         self, inputs: Sequence[FrameInput], pairs: npt.NDArray[np.void]
     ) -> npt.NDArray[np.void]: ...

@@ -59,6 +59,7 @@ def load_motion(
     animation: Union[str, int, None] = None,
     fps: float = 0,
     skin: bool = False,
+    surface: bool = False,
     stature: float = 0,
     thickness: float = 1,
 ) -> Motion:
@@ -70,6 +71,7 @@ def load_motion(
     animation    name of the animation, or its number from 0 on. Default: the first.
     fps          of files that do not say it (AMC). Default: 120.
     skin         whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
+    surface      whether bodies are the triangles of these meshes, which follow them as they bend (exact="surface").
     stature      the person's height in metres, for thickness. Default: by the figure's own bones.
     thickness    a factor of all thicknesses.
 
@@ -78,10 +80,13 @@ def load_motion(
     _need_files()
     if units is not None and units != "auto" and (isinstance(units, str) or units == 0):
         raise ValueError(f"units is a length in metres or 'auto', not {units!r}")
+    if skin and surface:
+        raise ValueError("skin=True makes hulls about the meshes and surface=True their triangles; choose one of them")
     data, names, poses, origins, seconds, notes = _cab.load_motion(
         os.fsencode(path), 0.0 if units is None or units == "auto" else float(units), units == "auto",
         _bytes_or_none(motion), motion_units,
-        None if animation is None else os.fsencode(str(animation)), fps, skin, stature, thickness,
+        None if animation is None else os.fsencode(str(animation)), fps, skin, surface, stature,
+        thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
 

@@ -22,12 +22,15 @@ class Answers(NamedTuple):
     found   (queries,) bool: which queries found a link.
     stats   counts and seconds.
     counts  (queries,) uint32: how many hits each query has.
+    surface_points  of each hit the triangle, a row of `Body.triangles[leaf]`, or 0xffffffff where it is not on
+            triangles, and the weights (3,) of its corners (`cab.SURFACE_POINT`). None unless asked for.
     """
 
     hits: StructuredArray
     found: BoolArray
     stats: _cab.QueryStats
     counts: UInt32Array
+    surface_points: Optional[StructuredArray] = None
 
 
 class Queries:

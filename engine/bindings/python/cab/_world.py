@@ -599,6 +599,7 @@ class World:
         histories: Sequence[History] = (),
         reuse_bounds: bool = False,
         report: str = "hits",
+        surface_points: bool = False,
         **arguments: Any,
     ) -> Answers:
         """Answers queries: which links rays meet, shapes overlap, points are near, regions contain.
@@ -612,13 +613,17 @@ class World:
         reuse_bounds  states that the arrays are those of the last frame, unchanged: it saves posing.
         report        "hits"; "links": hits without where they were met, a third of the memory; "counts": only
                       `Answers.counts`. Queries that find many links are faster so.
+        surface_points  whether `Answers.surface_points` says where on the triangles of surfaces hits are; with
+                      exact="surface" and report="hits".
 
         Raises `InputError` for a query that is refused, with its number.
         """
         if report not in _QUERY_REPORTS:
             raise ValueError(f"report: {report!r} is none of {', '.join(_QUERY_REPORTS)}")
+        if surface_points and report != "hits":
+            raise ValueError(f"surface_points: hits in full have them, not report={report!r}")
         posed = self._posed(poses, arguments)
-        hits, counts, found, stats = self._engine.run_queries(
+        hits, counts, found, points, stats = self._engine.run_queries(
             self._inputs(posed),
             [one._id for one in histories],
             queries.array,
@@ -626,10 +631,11 @@ class World:
             exact,
             reuse_bounds,
             _QUERY_REPORTS.index(report),
+            surface_points,
         )
         if stats.instances_masked:
             warn_found(self._engine, self._masked(posed), stats.instances_masked, 2)
-        return Answers(hits, found, stats, counts)
+        return Answers(hits, found, stats, counts, points)
 
     def add_history(self, batch: Batch, ticks: int) -> History:
         """Makes room for the poses of a batch at its last `ticks` moments, 1 to 65536."""

@@ -35,13 +35,13 @@ def run(words: Optional[Sequence[str]]) -> int:
 
 
 def _scan(chosen: argparse.Namespace) -> int:
-    texts = [policies.policies_text(one) for one in _policies(chosen)]
+    given = {name: getattr(chosen, name, None) or "" for name in corpus.READERS}
+    for_all = corpus.with_options(plan.DEFAULT_FILE_OPTIONS, given, "")
+    texts = [policies.policies_text(one) for one in _policies(chosen, "surface" if for_all.surface else "convex")]
     root = os.path.abspath(chosen.root) if chosen.root else ""
     suffixes = {"recordings": corpus.RECORDING_SUFFIXES, "robot": robot_scan.SUFFIXES}
-    given = {name: getattr(chosen, name, None) or "" for name in corpus.READERS}
     found = corpus.find(
-        chosen.paths, chosen.lists, root, corpus.with_options(plan.DEFAULT_FILE_OPTIONS, given, ""),
-        suffixes.get(chosen.what, corpus.MOTION_SUFFIXES),
+        chosen.paths, chosen.lists, root, for_all, suffixes.get(chosen.what, corpus.MOTION_SUFFIXES),
     )
     entries = found.entries
     if chosen.what == "pairs":
@@ -69,9 +69,9 @@ def _given_files(chosen: argparse.Namespace) -> List[str]:
     return [path for path in (getattr(chosen, "srdf", ""), getattr(chosen, "motion", "")) if path]
 
 
-def _policies(chosen: argparse.Namespace) -> List[cab.Policies]:
+def _policies(chosen: argparse.Namespace, exact: str) -> List[cab.Policies]:
     try:
-        made = [policies.choose_policies(words, "convex") for words in options.policy_words(chosen)]
+        made = [policies.choose_policies(words, exact) for words in options.policy_words(chosen)]
     except ValueError as error:
         raise corpus.CorpusError(f"--policies: {error}") from error
     return list(dict.fromkeys(made))

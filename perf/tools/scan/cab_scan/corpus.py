@@ -158,7 +158,7 @@ def _yes(text: str) -> bool:
 
 READERS: Dict[str, Callable[[str], object]] = {
     "units": _unit, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
-    "stature": _number, "thickness": _number,
+    "surface": _yes, "stature": _number, "thickness": _number,
 }
 
 

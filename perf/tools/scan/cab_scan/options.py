@@ -109,6 +109,7 @@ def _add_clips(parser: argparse.ArgumentParser) -> None:
         ("animation", "NAME", "the animation, by name or number (default the first)"),
         ("fps", "N", "frames per second of files that do not say it (default 120)"),
         ("skin", "yes|no", "bodies are hulls about meshes (default no)"),
+        ("surface", "yes|no", "bodies are the triangles of meshes; exact=surface is the default then (default no)"),
         ("stature", "METRES", "the person's height (default by the bones)"),
         ("thickness", "FACTOR", "factor of all thicknesses (default 1)"),
     ):

@@ -91,6 +91,7 @@ def load_file(path: str, options: FileOptions) -> Sequence:
         animation=options.animation or None,
         fps=options.fps,
         skin=options.skin,
+        surface=options.surface,
         stature=options.stature,
         thickness=options.thickness,
     )

@@ -24,6 +24,7 @@ class FileOptions:
     animation: str = ""
     fps: float = 0.0
     skin: bool = False
+    surface: bool = False
     stature: float = 0.0
     thickness: float = 1.0
 

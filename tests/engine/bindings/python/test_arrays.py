@@ -247,7 +247,7 @@ def test_structures_that_do_not_lie_as_in_c_are_a_value_error(chain):
     for start, call in [
         (2, lambda pairs: world.contacts(pairs)),
         (4, lambda queries: world._engine.run_queries([], [], queries, np.empty(0, cab._queries._cab.query_plane_dtype),
-                                                      "none", False, 0)),
+                                                      "none", False, 0, False)),
     ]:
         dtype = cab.HIT if start == 2 else cab.QUERY
         memory = np.zeros(2 * dtype.itemsize + 16, dtype=np.uint8)

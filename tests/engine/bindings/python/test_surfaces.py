@@ -1,5 +1,8 @@
 """Surfaces of skins: bodies of triangles, frames by them, and the triangles that touch, beside brute force in NumPy."""
 
+import base64
+import json
+
 import cab
 import numpy as np
 import pytest
@@ -140,3 +143,84 @@ def test_surfaces_are_bodies_like_others(rng):
         two.hits(within=False, exact="convex")
     with pytest.raises(ValueError, match="triangles"):
         cab.Body.from_surface(**{**skin, "triangles": np.zeros((0, 3), dtype=int)})
+
+
+def write_tube(path, frames=5):
+    """A glTF file of the tube, whose second joint turns about z by half a turn and more."""
+    skin = tube_skin()
+    angles = np.linspace(0, 3, frames)
+    turns = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=1)
+    arrays = [
+        (skin["vertices"], "VEC3", 5126), (skin["triangles"].astype(np.uint16).ravel(), "SCALAR", 5123),
+        (np.tile([0, 1, 0, 0], (len(skin["vertices"]), 1)).astype(np.uint16), "VEC4", 5123),
+        (np.pad(skin["weights"], ((0, 0), (0, 2))).astype(np.float32), "VEC4", 5126),
+        (np.swapaxes(skin["inverse_bind"], 1, 2).reshape(-1, 16), "MAT4", 5126),
+        (np.linspace(0, 1, frames, dtype=np.float32), "SCALAR", 5126), (turns.astype(np.float32), "VEC4", 5126),
+    ]
+    views, accessors, data = [], [], b""
+    for values, kind, component in arrays:
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes})
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind})
+        data += values.tobytes() + b"\0" * (-values.nbytes % 4)
+    attributes = {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}
+    path.write_text(json.dumps({
+        "asset": {"version": "2.0"}, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," +
+                     base64.b64encode(data).decode()}],
+        "meshes": [{"primitives": [{"attributes": attributes, "indices": 1}]}],
+        "skins": [{"joints": [0, 1], "inverseBindMatrices": 4}],
+        "nodes": [{"name": "upper", "children": [1]}, {"name": "lower", "translation": [1, 0, 0]},
+                  {"mesh": 0, "skin": 0}],
+        "animations": [{"samplers": [{"input": 5, "output": 6}],
+                        "channels": [{"sampler": 0, "target": {"node": 1, "path": "rotation"}}]}],
+        "scenes": [{"nodes": [0, 2]}], "scene": 0,
+    }))
+    return path
+
+
+def test_a_file_becomes_a_surface_that_moves(tmp_path):
+    path = write_tube(tmp_path / "tube.gltf")
+    body, poses, *rest = cab.load_motion(path, surface=True)
+    assert body.is_surface and sum(map(len, body.triangles)) == len(tube_skin()["triangles"])
+    assert poses.shape[1:] == (2, 7) and len(poses) > 3
+    two = cab.Clip()
+    two.add(body, poses)
+    two.add(body, poses, origins=np.tile([0.3, 0.1, 0.1], (len(poses), 1)))
+    hits = two.hits(within=False)
+    assert len(hits) > 0 and np.isnan(hits["depth"]).all()
+    assert not cab.load_motion(path, skin=True).body.is_surface
+    with pytest.raises(ValueError, match="skin=True makes hulls .* surface=True their triangles; choose one"):
+        cab.load_motion(path, skin=True, surface=True)
+
+
+def test_rays_say_where_on_which_triangle_they_hit(rng):
+    skin = tube_skin()
+    body = cab.Body.from_surface(**skin, most_triangles=40)
+    solid = cab.Body.from_boxes([-1], [[0.5, 0.5, 0.5]])
+    matrices = bent_poses(rng, 4)
+    world = cab.World()
+    tubes, box = world.add(body, 4), world.add(solid, 1)
+    posed = [tubes.posed(body.link_poses(matrices)),
+             box.posed(np.array([[[0, 0, 0, 1, 9, 0, 0]]], dtype=np.float32))]
+    starts = rng.uniform(-1, 1, (400, 3)) * [2, 1.5, 0.5] + [0, 0, 3]
+    starts[0] = [9, 0, 3]
+    rays = cab.rays(starts, np.tile([0, 0, -1.0], (400, 1)), length=9)
+    answers = world.query(rays, posed, exact="surface", surface_points=True)
+    points = answers.surface_points
+    assert points.dtype == cab.SURFACE_POINT and len(points) == len(answers.hits) > 50
+    places = [skinned(skin, m) for m in matrices]
+    on_skin = 0
+    for hit, point in zip(answers.hits, points):
+        if hit["batch"] == box.slot:
+            assert point["triangle"] == 0xFFFFFFFF
+            continue
+        corners = skin["triangles"][body.source_triangles[hit["leaf"]][point["triangle"]]]
+        there = point["weights"].astype(float) @ places[hit["instance"]][corners]
+        assert np.allclose(there, starts[hit["query"]] + hit["point"], atol=1e-5)
+        on_skin += 1
+    assert on_skin > 50 and on_skin < len(points)
+    assert world.query(rays, posed, exact="surface").surface_points is None
+    none = cab.rays(starts[:0], starts[:0], length=1)
+    assert len(world.query(none, posed, exact="surface", surface_points=True).surface_points) == 0
+    with pytest.raises(ValueError, match="surface_points: hits in full have them, not report='links'"):
+        world.query(rays, posed, exact="surface", surface_points=True, report="links")

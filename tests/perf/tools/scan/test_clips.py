@@ -1,5 +1,6 @@
 """Clips, pairs and policies: rows against the command, which is read by plain Python, and against the module."""
 
+import base64
 import csv
 import json
 import os
@@ -292,3 +293,53 @@ def test_a_command_that_is_not_there_is_told(scan, quick, monkeypatch):
     outcome = quick("recordings", "a.cab")
     assert outcome.code == 1 and "cannot be run" in outcome.error
     assert scan.rows()[0]["outcome"] == "lost"
+
+
+def write_tetrahedra(path):
+    """A glTF file of three tetrahedra, each on a joint. The third comes near the second until they pass through."""
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)
+    faces = np.array([0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3], dtype=np.uint16)
+    joints = np.zeros((12, 4), dtype=np.uint16)
+    joints[:, 0] = np.repeat([0, 1, 2], 4)
+    arrays = [
+        (np.tile(corners, (3, 1)), "VEC3", 5126),
+        (np.concatenate([faces, faces + 4, faces + 8]).astype(np.uint16), "SCALAR", 5123),
+        (joints, "VEC4", 5123), (np.tile([1, 0, 0, 0], (12, 1)).astype(np.float32), "VEC4", 5126),
+        (np.tile(np.eye(4, dtype=np.float32).ravel(), (3, 1)), "MAT4", 5126),
+        (np.array([0, 1], dtype=np.float32), "SCALAR", 5126),
+        (np.array([[0.9, 0.9, 0.9], [0.2, 0.1, 0.1]], dtype=np.float32), "VEC3", 5126),
+    ]
+    views, accessors, data = [], [], b""
+    for values, kind, component in arrays:
+        views.append({"buffer": 0, "byteOffset": len(data), "byteLength": values.nbytes})
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind})
+        data += values.tobytes()
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    path.write_text(json.dumps({
+        "asset": {"version": "2.0"}, "accessors": accessors, "bufferViews": views,
+        "buffers": [{"byteLength": len(data), "uri": uri}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3}, "indices": 1}]}],
+        "skins": [{"joints": [0, 1, 2], "inverseBindMatrices": 4}],
+        "nodes": [{"name": "base", "translation": [0, 0, -9], "children": [1, 2]}, {"name": "one"}, {"name": "other"},
+                  {"mesh": 0, "skin": 0}],
+        "animations": [{"samplers": [{"input": 5, "output": 6}],
+                        "channels": [{"sampler": 0, "target": {"node": 2, "path": "translation"}}]}],
+        "scenes": [{"nodes": [0, 3]}], "scene": 0,
+    }))
+
+
+def test_surfaces_are_tested_by_their_triangles_unless_told_otherwise(scan, quick):
+    write_tetrahedra(scan.folder / "three.gltf")
+    body, poses, *_ = cab.load_motion(str(scan.folder / "three.gltf"), surface=True)
+    with cab.Clip(body, poses) as clip:
+        hits, by_boxes = len(clip.hits()), len(clip.hits(exact="none"))
+    assert 0 < hits < by_boxes
+    for words, exact, expected in (((), "surface", hits), (("--policies", "exact=none"), "none", by_boxes)):
+        table = f"{exact}.sqlite"
+        assert quick("self", "three.gltf", "--surface", "yes", "--table", table, *words).code == 0
+        (row,) = scan.rows(table=table)
+        assert f"exact={exact}" in row["policies"].split()
+        assert (row["hits"], row["depth"], row["error"]) == (expected, None, None)
+    both = quick("self", "three.gltf", "--surface", "yes", "--skin", "yes", "--table", "both.sqlite")
+    assert both.code == 1
+    assert "choose one of them" in scan.rows(table="both.sqlite")[0]["error"]
