@@ -2,6 +2,7 @@
 // bounds overlap.
 #pragma once
 
+#include "kernels/few_lanes.h"
 #include "kernels/simd.h"
 #include "kernels/transpose.h"
 #include "kernels/vec3.h"
@@ -17,12 +18,25 @@ namespace cab::kernel {
 
 static_assert(sizeof(LeafPair) == 8 && offsetof(LeafPair, b) == 6);
 
+// bounds_to_soa, one instance after the other.
+CAB_INLINE void lanes_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa) {
+  const std::uint32_t width = leaf_bounds_width(leaves);
+  for (std::uint32_t lane = 0; lane < live; ++lane)
+    for (std::uint32_t side = 0; side < 6; ++side, soa += width)
+      for (std::uint32_t n = 0; n < width; ++n) {
+        const float none = side < 3 ? kNoLeafLo : -kNoLeafLo;
+        const float(&bound)[3][kLanes] = side < 3 ? bounds[n < leaves ? n : 0].lo : bounds[n < leaves ? n : 0].hi;
+        soa[n] = n < leaves ? bound[side % 3][lane] : none;
+      }
+}
+
 // Writes the leaf bounds of the first `live` instances of a tile as arrays. Those of instance i start at
 // soa + i * leaf_bounds_floats(leaves).
 template <class V>
 void bounds_to_soa(const AabbTile* bounds, std::uint32_t leaves, std::uint32_t live, float* soa) {
   const V none[2] = {V(kNoLeafLo), V(-kNoLeafLo)};
   const std::uint32_t width = leaf_bounds_width(leaves);
+  if (live <= kFewLanes) return lanes_to_soa(bounds, leaves, live, soa);
   alignas(64) float unused[kLanes];
   for (std::uint32_t first = 0; first < width; first += kLanes)
     for (std::uint32_t side = 0; side < 6; ++side)

@@ -1,17 +1,35 @@
 // Characters: writes boxes as records of one cache line, and tests pairs of boxes as lanes.
 #pragma once
 
+#include "kernels/few_lanes.h"
 #include "kernels/overlap_sat.h"
 #include "kernels/transpose.h"
 #include "layout/box_aos.h"
 
 namespace cab::kernel {
 
+// The box of one lane of a tile.
+CAB_INLINE BoxAos box_in_lane(const BoxTile& tile, std::uint32_t lane) {
+  BoxAos out;
+  for (int c = 0; c < 3; ++c) {
+    out.center[c] = tile.center[c][lane];
+    out.half[c] = tile.half[c][lane];
+    for (int k = 0; k < 3; ++k) out.axis[3 * k + c] = tile.axis[k][c][lane];
+  }
+  out.unused = 0;
+  return out;
+}
+
 // Writes `count` nodes of the first `live` instances of a tile as records: node n of instance i goes to
 // boxes[i * instance_stride + n].
 template <class V>
 void boxes_to_aos(const BoxTile* nodes, std::uint32_t count, std::uint32_t live, BoxAos* boxes,
                   std::size_t instance_stride) {
+  if (live <= kFewLanes) {
+    for (std::uint32_t lane = 0; lane < live; ++lane)
+      for (std::uint32_t n = 0; n < count; ++n) boxes[lane * instance_stride + n] = box_in_lane(nodes[n], lane);
+    return;
+  }
   BoxAos unused;
   for (std::uint32_t n = 0; n < count; ++n) {
     for (std::uint32_t lane = 0; lane < live; lane += kWidth<V>) {

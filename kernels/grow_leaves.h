@@ -257,12 +257,19 @@ CAB_INLINE void keep_influence(const LeavesFrom<V>& leaf, const InfluencesFrom<V
   sums.hi = select(is_there, more.hi, sums.hi);
 }
 
+// Writes a number to one lane, or to all.
+template <class V>
+CAB_INLINE void write_lane(float number, std::uint32_t lane, bool to_all, float (&row)[kLanes]) {
+  if (!to_all) row[lane] = number;
+  for (std::uint32_t from = 0; to_all && from < kLanes; from += kWidth<V>) Lanes<V>::store(row + from, V(number));
+}
+
 // Grows the boxes of one instance, leaves as lanes, to the same bits. links: by link, where it is, as rows. relatives:
 // room for the rows of SkinnedLeaves::relatives, a multiple of sixteen. out: by leaf; the lane of the instance is
-// written.
+// written, and all lanes if it is the last one.
 template <class V>
 CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* links, float* relatives, std::uint32_t lane,
-                           GrownTile* out) {
+                           bool is_last, GrownTile* out) {
   const auto count = static_cast<std::uint32_t>(skin.relatives.size);
   for (std::uint32_t first = 0; first < count; first += kWidth<V>) {
     const float *base[kWidth<V>], *link[kWidth<V>];
@@ -301,8 +308,8 @@ CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* links, float*
       for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
         GrownTile& to = out[block.leaf[from + i]];
         for (int c = 0; c < 3; ++c) {
-          to.center[c][lane] = numbers[c][i];
-          to.half[c][lane] = numbers[3 + c][i];
+          write_lane<V>(numbers[c][i], lane, is_last, to.center[c]);
+          write_lane<V>(numbers[3 + c][i], lane, is_last, to.half[c]);
         }
       }
     }

@@ -316,24 +316,16 @@ CAB_INLINE BoxLanes<V> grown_leaf(const PoseTile& args, std::uint32_t leaf, std:
   return out;
 }
 
-// Grows the boxes of few instances, and repeats those of the last one in the lanes after it.
+// Grows the boxes of few instances. The last one comes first, since its boxes go to the lanes after it too.
 template <class V>
 CAB_INLINE void grow_few(const PoseTile& args) {
   const Articulation& articulation = *args.articulation;
-  const SkinnedLeaves& skin = articulation.skin;
   float* const relatives = args.skin_rows + std::size_t{kRowFloats} * articulation.link_count;
-  for (std::uint32_t lane = 0; lane < args.count; ++lane) {
+  for (std::uint32_t left = args.count; left > 0; --left) {
+    const std::uint32_t lane = left - 1;
     for (const PosedLink& posed : articulation.posed_links)
       write_row(args.skin[posed.link], lane, args.skin_rows + std::size_t{kRowFloats} * posed.link);
-    grow_alone<V>(skin, args.skin_rows, relatives, lane, args.grown);
-  }
-  for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
-    if (skin.influence_begin[leaf] == skin.influence_begin[leaf + 1]) continue;
-    for (std::uint32_t lane = args.count; lane < kLanes; ++lane)
-      for (int c = 0; c < 3; ++c) {
-        args.grown[leaf].center[c][lane] = args.grown[leaf].center[c][args.count - 1];
-        args.grown[leaf].half[c][lane] = args.grown[leaf].half[c][args.count - 1];
-      }
+    grow_alone<V>(articulation.skin, args.skin_rows, relatives, lane, left == args.count, args.grown);
   }
 }
 

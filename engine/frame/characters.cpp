@@ -58,11 +58,18 @@ void take_for_live(InstanceBatch& batch) {
     batch.live[tile] = static_cast<std::uint16_t>((2u << (std::min(kLanes, given - tile * kLanes) - 1)) - 1);
 }
 
+// Whether the boxes that the step `bound` makes of a batch are those of its tests, and there is room for them.
+bool can_keep_boxes(const InstanceBatch& batch) {
+  return !batch.leaf_boxes.empty() && !batch.may_rest &&
+         refit_scope(batch.strategy, *batch.active) == RefitScope::kLeaves;
+}
+
 // Chooses how each batch is bounded in this frame, and gives it its rows.
 void begin_rows(FrameRun& run) {
   for_each_crowd_batch(run.engine.stored_batches(), [&run](StoredBatch& stored) {
     InstanceBatch& batch = stored.batch;
     clear_inactive(batch);
+    batch.keeps_boxes = can_keep_boxes(batch);
     batch.by_words = can_have_words(*run.characters, stored);
     stored.crowd.is_by_place = batch.by_words && batch.input->moved.empty();
     if (batch.by_words) make_shape(stored, run.job.margin);
@@ -108,12 +115,14 @@ struct FirstPass {
 
   void pose(const TileInstances& instances) {
     PoseScratch& posing = worker.pose;
-    const std::uint32_t live = update_and_flag_tile(
-        frame, {&batch, instances, RefitScope::kLeaves, posing.boxes.data, posing.bounds.data}, posing, worker.stats);
+    BoxTile* const boxes = batch.keeps_boxes ? batch.leaf_boxes.data : posing.boxes.data;
+    AabbTile* const bounds = batch.keeps_boxes ? batch.leaf_bounds.data : posing.bounds.data;
+    const std::uint32_t live =
+        update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, boxes, bounds}, posing, worker.stats);
     set_live(instances, live, batch);
     if (!is_axis_aligned(frame.policies.refit))
-      frame.kernels.bound_boxes(posing.boxes.data, posed_articulation(*batch.active).leaf_count, posing.bounds.data);
-    bound_instances(frame.kernels, batch, instances, posing.bounds.data);
+      frame.kernels.bound_boxes(boxes, posed_articulation(*batch.active).leaf_count, bounds);
+    bound_instances(frame.kernels, batch, instances, bounds);
     for (std::uint32_t left = live; left; left &= left - 1) {
       const std::uint32_t instance = instances.instance[lowest_bit(left)];
       place(instance);

@@ -38,6 +38,19 @@ void open_tile(const InstanceBatch& batch, std::uint32_t index, PosedSet& set) {
   set.open[index] = set.tiles.size;
 }
 
+// Gives an instance the next lane of the open tile of its batch, and returns its slot.
+std::uint32_t take_slot(const InstanceBatch& owner, std::uint32_t batch, std::uint32_t instance, PosedSet& set) {
+  const std::uint64_t key = instance_key(batch, instance);
+  const std::uint32_t at = set.open[batch] - 1;
+  PosedTile& tile = set.tiles.data[at];
+  const std::uint32_t lane = tile.instances.count++, slot = at * kLanes + lane;
+  find_entry(set, key) = {key, set.generation, slot};
+  tile.instances.instance[lane] = instance;
+  tile.placement[lane] = placement_of(owner, instance);
+  if (tile.instances.count == kLanes) set.open[batch] = 0;
+  return slot;
+}
+
 }  // namespace
 
 bool is_large(const Articulation& articulation) {
@@ -71,19 +84,17 @@ bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& s
 
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set) {
   const std::uint64_t key = instance_key(batch, instance);
-  PosedEntry& entry = find_entry(set, key);
-  if (entry.generation == set.generation) return entry.slot;
+  if (const PosedEntry& entry = find_entry(set, key); entry.generation == set.generation) return entry.slot;
   const InstanceBatch& owner = frame.batch(batch);
   if (set.open[batch] == 0) open_tile(owner, batch, set);
-  const std::uint32_t at = set.open[batch] - 1;
-  PosedTile& tile = set.tiles.data[at];
-  const std::uint32_t lane = tile.instances.count++;
-  entry = {key, set.generation, at * kLanes + lane};
-  tile.instances.instance[lane] = instance;
-  tile.placement[lane] = placement_of(owner, instance);
-  if (tile.instances.count == kLanes) set.open[batch] = 0;
-  prefetch_pose(owner, instance);
-  return entry.slot;
+  if (!owner.keeps_boxes) {
+    prefetch_pose(owner, instance);
+    return take_slot(owner, batch, instance, set);
+  }
+  // Boxes that are kept are in the lanes of the only tile that the batch has.
+  const TileInstances all = instances_of(owner, 0);
+  for (std::uint32_t lane = 0; lane < all.count; ++lane) take_slot(owner, batch, all.instance[lane], set);
+  return find_entry(set, key).slot;
 }
 
 std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& scratch) {
@@ -92,20 +103,21 @@ std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& sc
   std::uint32_t posed = 0;
   for (const PosedTile& tile : set.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
-    const std::uint32_t leaves = batch.active->leaf_count;
-    posed += tile.instances.count;
-    update_tile(
-        frame,
-        {&batch, tile.instances, refit_scope(batch.strategy, *batch.active), scratch.boxes.data, scratch.bounds.data},
-        scratch);
+    const std::uint32_t leaves = batch.active->leaf_count, count = tile.instances.count;
+    const BoxTile* const boxes = batch.keeps_boxes ? batch.leaf_boxes.data : scratch.boxes.data;
+    const AabbTile* const bounds = batch.keeps_boxes ? batch.leaf_bounds.data : scratch.bounds.data;
+    if (!batch.keeps_boxes) {
+      posed += count;
+      const RefitScope scope = refit_scope(batch.strategy, *batch.active);
+      update_tile(frame, {&batch, tile.instances, scope, scratch.boxes.data, scratch.bounds.data}, scratch);
+    }
     if (is_axis_aligned(policies.refit))
-      kernels.aabbs_to_aos(scratch.bounds.data, tile.nodes, tile.instances.count,
-                           reinterpret_cast<AabbAos*>(tile.boxes), tile.nodes);
+      kernels.aabbs_to_aos(bounds, tile.nodes, count, reinterpret_cast<AabbAos*>(tile.boxes), tile.nodes);
     else
-      kernels.boxes_to_aos(scratch.boxes.data, tile.nodes, tile.instances.count, tile.boxes, tile.nodes);
+      kernels.boxes_to_aos(boxes, tile.nodes, count, tile.boxes, tile.nodes);
     if (!compares_leaf_bounds(policies.strategy)) continue;
-    if (!is_axis_aligned(policies.refit)) kernels.bound_boxes(scratch.boxes.data, leaves, scratch.bounds.data);
-    kernels.bounds_to_soa(scratch.bounds.data, leaves, tile.instances.count, tile.leaf_bounds);
+    if (!is_axis_aligned(policies.refit) && !batch.keeps_boxes) kernels.bound_boxes(boxes, leaves, scratch.bounds.data);
+    kernels.bounds_to_soa(bounds, leaves, count, tile.leaf_bounds);
   }
   return posed;
 }

@@ -85,8 +85,8 @@ bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& s
 // Returns the slot of an instance. An instance that is not in the set is added, for which there must be room.
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set);
 
-// Poses every instance of the set and makes its boxes and leaf bounds, as the strategy needs them. Returns how many
-// instances that are.
+// Makes the boxes and leaf bounds of every instance of the set, as the strategy needs them. Poses those whose boxes are
+// not kept, and returns how many these are.
 std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& scratch);
 
 // Removes all instances from the set.

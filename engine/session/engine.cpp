@@ -54,6 +54,10 @@ Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::uni
     batch.stored_before = slot->arena.allocate<std::size_t>((count + kWrittenPerTask - 1) / kWrittenPerTask);
     batch.live = slot->arena.allocate<std::uint16_t>(tile_count(count));
     batch.rest = slot->arena.allocate<std::uint8_t>(count);
+    if (count <= kLanes && !batch.articulation->skin.empty()) {
+      batch.leaf_boxes = slot->arena.allocate<BoxTile>(batch.articulation->leaf_count);
+      batch.leaf_bounds = slot->arena.allocate<AabbTile>(batch.articulation->leaf_count);
+    }
     make_crowd_batch(*slot);
     if (kChecksRest) batch.checksums = slot->arena.allocate<std::uint64_t>(count);
   }

@@ -57,6 +57,10 @@ struct StoredInstances {
   std::uint64_t rest_epoch = 0;     // RestState::epoch of the last frame with this batch; 0: none
   bool was_rotated = false;         // whether instances had orientations in that frame, and larger padding for them
 
+  // Characters with a skin that one tile holds: room for their posed leaf boxes, and bounds of these.
+  Span<BoxTile> leaf_boxes;
+  Span<AabbTile> leaf_bounds;
+
   // Sequences: where this batch's hierarchy of one tile begins in a worker's memory.
   std::uint32_t worker_nodes = 0;
 };
@@ -75,6 +79,7 @@ struct BoundInput {
   bool pairs_within = false;     // a rule tests the links of each instance against each other
   bool skips_within = false;     // not those of an instance that rests
   bool may_rest = false;         // its instances rest where BatchInput::moved says so
+  bool keeps_boxes = false;      // the step `bound` leaves `leaf_boxes` for tests, by place among the given instances
   std::uint32_t first_task = 0;  // index of its first task in the current step
   const BatchInput* input = nullptr;
   Span<const float> margins;        // those of the input, or none where a call does not read them

@@ -152,6 +152,61 @@ TEST_CASE("frames of skins have the same hits by every strategy, instruction set
   CHECK(hits_seen >= least_count(200, 20));
 }
 
+TEST_CASE("a batch that one tile holds has the hits of a larger one, and none of its instances is posed again") {
+  constexpr std::uint32_t kGiven = 12, kFrames = 4;
+  Random random(79);
+  std::size_t hits_seen = 0;
+  const std::uint64_t count = rounds(40);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const auto regime = static_cast<SkinRegime>(round % kSkinRegimeCount);
+    const SkinRig rig = random_skin(random, regime);
+    const Poses first = random_skin_poses(random, rig, kGiven, PoseFormat::kMatrix3x4Rows, 1, 0.1, 2);
+    std::vector<std::uint32_t> listed;
+    for (std::uint32_t i = 0; i < kGiven; ++i)
+      if (i + 1 == kGiven || random.chance(0.7)) listed.push_back(i);
+    std::vector<std::uint8_t> moved(kGiven);
+    for (std::uint8_t& one : moved) one = random.chance(0.5);
+    constexpr Refit kRefits[] = {Refit::kCab, Refit::kAabbHull, Refit::kCovariance};
+    std::vector<Hit> found[2][kFrames];
+    for (const bool large : {false, true}) {
+      const EnginePtr engine = make_engine({});
+      ArticulationId articulation;
+      require(add_articulation(*engine, rig.desc(), &articulation));
+      const BatchId batch = add_instances(*engine, articulation, large ? kCount : kGiven);
+      const PairRule rules[] = {{batch, batch, Pairing::kBetween}, {batch, batch, Pairing::kWithin}};
+      Poses poses = first;
+      for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+        if (frame == 3)
+          for (std::uint32_t i = 0; i < kGiven; ++i)
+            for (std::uint32_t link = 0; link < poses.link_count && moved[i]; ++link)
+              poses.pose(i, link)[3] += static_cast<float>(0.2 * rig.size);
+        BatchInput input = poses.input(batch);
+        input.count = kGiven;
+        if (frame == 1) input.instances = listed;
+        if (frame >= 2) input.moved = moved;  // in the third frame all count as moved
+        FrameJob job;
+        job.policies.refit = kRefits[round % 3];
+        job.inputs = {&input, 1};
+        job.rules = rules;
+        std::vector<Hit>& hits = found[large][frame];
+        hits.resize(1 << 14);
+        job.hits = hits;
+        REQUIRE(run_frame(*engine, job) == Status::kOk);
+        hits.resize(job.hit_count);
+        hits_seen += hits.size();
+        if (frame < 2 && regime != SkinRegime::kRigid && job.stats.candidates > 0)
+          CHECK((job.stats.instances_posed > 0) == large);
+      }
+    }
+    for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
+      const std::vector<Hit>&few = found[0][frame], &many = found[1][frame];
+      REQUIRE(few.size() == many.size());
+      CHECK((few.empty() || std::memcmp(few.data(), many.data(), few.size() * sizeof(Hit)) == 0));
+    }
+  }
+  CHECK(hits_seen >= least_count(1000, 40));
+}
+
 TEST_CASE("rays find the link of every vertex of a skin that they are shot at") {
   Random random(72);
   std::size_t shot = 0;
