@@ -135,12 +135,44 @@ CAB_INLINE LeafSides<V> load_sides(const float* soa, std::uint32_t width, std::u
   return out;
 }
 
+// Bounds of each sixteen leaves of an instance, by side. The last ones are repeated.
+struct alignas(64) BlockSides {
+  float side[6][tile_count(kMaxLeaves)];
+};
+
+template <class V>
+CAB_INLINE void bound_blocks(const float* soa, std::uint32_t width, BlockSides& out) {
+  const std::uint32_t last = width / kLanes - 1;
+  for (std::uint32_t r = 0; r < 6; ++r)
+    for (std::uint32_t first = 0; first <= last; first += kWidth<V>) {
+      const float* rows[kWidth<V>];
+      for (std::uint32_t i = 0; i < kWidth<V>; ++i)
+        rows[i] = soa + std::size_t{r} * width + kLanes * (first + i < last ? first + i : last);
+      V leaf[kLanes];
+      Transpose<V>::load(rows, leaf);
+      for (std::uint32_t n = 1; n < kLanes; ++n) leaf[0] = r < 3 ? min(leaf[0], leaf[n]) : max(leaf[0], leaf[n]);
+      Lanes<V>::store(out.side[r] + first, leaf[0]);
+    }
+}
+
+// The bits of the first `count` lanes of V from lane `first` on.
+template <class V>
+CAB_INLINE std::uint32_t first_lanes(std::uint32_t first, std::uint32_t count) {
+  return count - first < kWidth<V> ? (1u << (count - first)) - 1 : (1u << kWidth<V>)-1;
+}
+
+// From so many blocks of leaves of b on, a leaf of a is compared with the bounds of blocks first.
+inline constexpr std::uint32_t kFewBlocks = 4;
+
 // Adds every pair of leaves whose bounds overlap to filter.found, in order of (a, b). These include all pairs that pass
 // the leaf predicate. The list must have room for kLanes more pairs than are added.
 template <class V>
 void filter_rows(const RowFilter& filter) {
-  const std::uint32_t width_b = leaf_bounds_width(filter.leaves_b);
+  const std::uint32_t width_b = leaf_bounds_width(filter.leaves_b), blocks_b = width_b / kLanes;
   const LeafSides<V> first_b = load_sides<V>(filter.b, width_b, 0);  // all leaves of b if they fit into a vector
+  BlockSides all_b;
+  const bool by_blocks = blocks_b >= kFewBlocks;
+  if (by_blocks) bound_blocks<V>(filter.b, width_b, all_b);
   alignas(64) float lo[3][kLanes], hi[3][kLanes];
   LeafPair* end = filter.found->end();
   for (std::uint32_t first = filter.begin_a; first < filter.end_a; first += kLanes) {
@@ -149,24 +181,37 @@ void filter_rows(const RowFilter& filter) {
     for (; left != 0; left &= left - 1) {
       const std::uint32_t i = lowest_bit(left), a = first + i;
       const V lo_x(lo[0][i]), lo_y(lo[1][i]), lo_z(lo[2][i]), hi_x(hi[0][i]), hi_y(hi[1][i]), hi_z(hi[2][i]);
-      const auto compare = [&](const LeafSides<V>& b, std::uint32_t j) {
+      const auto overlapping = [&](const LeafSides<V>& b) {
         const V* const side = b.side;
         const Mask<V> apart =
             either(either(either(lo_x > side[3], side[0] > hi_x), either(lo_y > side[4], side[1] > hi_y)),
                    either(lo_z > side[5], side[2] > hi_z));
-        std::uint32_t overlapping = ~bits(apart) & ((1u << kWidth<V>)-1);
-        if (filter.leaves_b - j < kWidth<V>) overlapping &= (1u << (filter.leaves_b - j)) - 1;
-        if (filter.self && j <= a) overlapping &= ~((2u << (a - j)) - 1);
+        return ~bits(apart);
+      };
+      const auto compare = [&](const LeafSides<V>& b, std::uint32_t j) {
+        std::uint32_t pairs = overlapping(b) & first_lanes<V>(j, filter.leaves_b);
+        if (filter.self && j <= a) pairs &= ~((2u << (a - j)) - 1);
         assert(end + kLanes <= filter.found->data + filter.found->capacity);
         end = append_pairs<V>(end, {filter.candidate, static_cast<std::uint16_t>(a), static_cast<std::uint16_t>(j)},
-                              overlapping);
+                              pairs);
       };
-      std::uint32_t j = filter.self ? a / kWidth<V> * kWidth<V> : 0;
-      if (j == 0) {
-        compare(first_b, 0);
-        j = kWidth<V>;
+      const auto compare_from = [&](std::uint32_t j, std::uint32_t end_b) {
+        for (; j < end_b && j < filter.leaves_b; j += kWidth<V>) compare(load_sides<V>(filter.b, width_b, j), j);
+      };
+      const std::uint32_t begin = filter.self ? a / kWidth<V> * kWidth<V> : 0;
+      if (!by_blocks) {
+        if (begin == 0) compare(first_b, 0);
+        compare_from(begin == 0 ? kWidth<V> : begin, filter.leaves_b);
+        continue;
       }
-      for (; j < filter.leaves_b; j += kWidth<V>) compare(load_sides<V>(filter.b, width_b, j), j);
+      for (std::uint32_t from = begin / kLanes / kWidth<V> * kWidth<V>; from < blocks_b; from += kWidth<V>) {
+        std::uint32_t near =
+            overlapping(load_sides<V>(all_b.side[0], tile_count(kMaxLeaves), from)) & first_lanes<V>(from, blocks_b);
+        for (; near != 0; near &= near - 1) {
+          const std::uint32_t block = kLanes * (from + lowest_bit(near));
+          compare_from(block < begin ? begin : block, block + kLanes);
+        }
+      }
     }
   }
   filter.found->size = static_cast<std::uint32_t>(end - filter.found->data);

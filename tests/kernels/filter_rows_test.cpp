@@ -17,7 +17,9 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds overlap, in order
   std::size_t kept = 0, needed = 0;
   for (int round = 0; round < 300; ++round) {
     const bool self = round % 4 == 0;
-    const std::uint32_t leaves_a = 1 + random.index(50), leaves_b = self ? leaves_a : 1 + random.index(50);
+    const bool many = round % 5 == 0;  // with leaves that are next to each other in runs, as those of a link are
+    const std::uint32_t most = many ? 300 : 50;
+    const std::uint32_t leaves_a = 1 + random.index(most), leaves_b = self ? leaves_a : 1 + random.index(most);
     const double far = round % 3 == 0 ? 1e5 : 1;  // metres between the origins
     std::vector<float> a(leaf_bounds_floats(leaves_a) + kLanes), b(leaf_bounds_floats(leaves_b) + kLanes);
     double shift[3];
@@ -27,12 +29,15 @@ TEST_CASE("filter_rows lists every pair of leaves whose bounds overlap, in order
     };
     const auto fill = [&](float* rows, std::uint32_t leaves, double sign) {
       const std::uint32_t width = leaf_bounds_width(leaves);
-      for (std::uint32_t c = 0; c < 3; ++c)
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        double place = 0;
         for (std::uint32_t i = 0; i < width; ++i) {
-          const double at = sign * 0.5 * shift[c] + random.uniform(-1, 1);
+          if (many && i % 12 == 0) place = random.uniform(-4, 4);
+          const double at = sign * 0.5 * shift[c] + place + random.uniform(-1, 1);
           rows[c * width + i] = i < leaves ? static_cast<float>(at) : 3.402823466e38f;
           rows[(3 + c) * width + i] = i < leaves ? static_cast<float>(at + random.uniform(0, 1)) : -3.402823466e38f;
         }
+      }
     };
     float *const rows_a = aligned(a), *const rows_b = self ? rows_a : aligned(b);
     fill(rows_a, leaves_a, 1);
