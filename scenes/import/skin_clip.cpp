@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "scenes/import/printable.h"
+#include "scenes/import/surface_words.h"
 #include "scenes/vec3d.h"
 
 namespace cab::scenes {
@@ -62,22 +63,13 @@ rig::SkinBodies make_solids(const rig::Skin& skin, const Skeleton& skeleton, con
   return bodies;
 }
 
-std::string counted(std::uint64_t count, const char* one, const char* several) {
-  return std::to_string(count) + " " + (count == 1 ? one : several);
-}
-
 // Distances from the file's surface below this are rounding. Metres.
 constexpr double kShownDistance = 5e-5;
 
 std::string surface_note(const rig::SurfaceInfo& info, std::size_t leaf_count) {
   char text[256];
   std::snprintf(text, sizeof text, "surface of boxes %.2f times that about their vertices", info.growth);
-  std::string note = counted(info.triangle_count, "triangle", "triangles") + " in " +
-                     counted(leaf_count, "leaf", "leaves") + " of " + counted(info.link_count, "link", "links") + ", " +
-                     text + ", " + counted(info.part_count, "part", "parts");
-  if (info.open_part_count > 0)
-    note += ", " + std::to_string(info.open_part_count) + " of them open (" +
-            counted(info.open_edge_count, "edge", "edges") + ")";
+  const std::string note = triangle_words(info, leaf_count) + ", " + text + ", " + part_words(info);
   if (info.worst_distance < kShownDistance) return note;
   std::snprintf(text, sizeof text, ", up to %.2f cm from the file's surface (frame %u)", 100 * info.worst_distance,
                 static_cast<unsigned>(info.worst_pose));
@@ -86,15 +78,9 @@ std::string surface_note(const rig::SurfaceInfo& info, std::size_t leaf_count) {
 
 rig::SkinBodies make_surface(const rig::Skin& skin, const Skeleton& skeleton, const std::string& name, Clip& clip) {
   rig::SkinBodies bodies;
-  rig::SurfaceRules rules;
   rig::SurfaceInfo info;
   std::uint32_t bone = 0;
-  rig::SkinStatus status = rig::surface_from_skin(skin, rules, &bodies, &info, &bone);
-  // Leaves hold more triangles where there are too many of these for 1024 leaves.
-  while (status == rig::SkinStatus::kTooManyLeaves && rules.most_triangles < skin.triangles.size) {
-    rules.most_triangles *= 2;
-    status = rig::surface_from_skin(skin, rules, &bodies, &info, &bone);
-  }
+  const rig::SkinStatus status = rig::surface_from_skin(skin, {}, &bodies, &info, &bone);
   if (status == rig::SkinStatus::kNoInverse || status == rig::SkinStatus::kBindsDiffer)
     throw ImportError(name + ": surface of its meshes: mesh " +
                       skeleton.skin.mesh_names[skeleton.skin.bone_meshes[bone]] + ", joint " +

@@ -146,10 +146,16 @@ SkinStatus make_surface(const rig::Skin& skin, const SurfaceRules& rules, rig::S
   const SurfaceMesh mesh = make_surface_mesh(checked, map, binds, skin.triangles.size / 3);
   if (mesh.triangles.empty()) return SkinStatus::kNoBodies;
   std::vector<Cluster> clusters;
-  if (const SkinStatus status = cut_by_place(mesh, rules, clusters); status != SkinStatus::kOk) return status;
-  if (const SkinStatus status = cut_where_it_bends(mesh, map.parents, sample_poses(checked, map), rules, clusters);
-      status != SkinStatus::kOk)
-    return status;
+  SkinStatus status = cut_by_place(mesh, rules, clusters);
+  SurfaceRules fitting = rules;
+  while (status == SkinStatus::kTooManyLeaves && fitting.most_triangles < mesh.triangles.size()) {
+    fitting.most_triangles *= 2;
+    clusters.clear();
+    status = cut_by_place(mesh, fitting, clusters);
+  }
+  if (status != SkinStatus::kOk) return status;
+  status = cut_where_it_bends(mesh, map.parents, sample_poses(checked, map), fitting, clusters);
+  if (status != SkinStatus::kOk) return status;
   storage.joint_count = checked.joint_count();
   storage.link_parents = map.parents;
   storage.joints = map.joints;

@@ -148,7 +148,7 @@ class SkinBodies {
 
 // How a surface is cut into leaves.
 struct SurfaceRules {
-  // The most triangles of a leaf, 1 or more.
+  // The most triangles of a leaf, 1 or more. It is doubled until there are at most max_leaves leaves.
   std::uint32_t most_triangles = 128;
 
   // The most leaves, 1 to kMaxLeaves.

@@ -298,6 +298,17 @@ TEST_CASE("leaves are cut where the surface bends, down to the least and up to t
   for (const Leaf& leaf : cut.bodies.desc().leaves) CHECK(leaf.triangles.size / 3 >= 4);
   rules.max_leaves = 7;
   CHECK(surface_of(made, rules).bodies.desc().leaves.size == 7);
+  // Leaves hold more triangles where there would be too many leaves.
+  SurfaceRules small = whole;
+  small.most_triangles = 3;
+  const std::size_t many = surface_of(made, small).bodies.desc().leaves.size;
+  small.max_leaves = 12;
+  REQUIRE(many > 24);
+  const MadeSurface fitted = surface_of(made, small);
+  CHECK(fitted.bodies.desc().leaves.size <= 12);
+  CHECK(fitted.bodies.desc().leaves.size > 5);
+  CHECK(fitted.info.most_triangles > 6);
+  CHECK(fitted.info.triangle_count == one.info.triangle_count);
   rules.max_leaves = 4;
   SkinBodies none;
   CHECK(surface_from_skin(made.skin(), rules, &none) == SkinStatus::kTooManyLeaves);
