@@ -193,6 +193,7 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
     for (std::size_t p = 0; p < options.package_names.size && p < options.package_folders.size; ++p)
       import.packages.emplace_back(options.package_names[p], options.package_folders[p]);
     if (options.leave_out_missing_meshes) import.missing_mesh = scenes::MissingMesh::kLeaveOut;
+    import.surface = options.surface;
     RobotStorage& storage = *storage_;
     storage.robot = scenes::import_robot(path, import);
     if (options.srdf_path) {
@@ -269,7 +270,7 @@ bool Robot::find_disabled_pairs(std::uint32_t samples, std::uint64_t seed, std::
     options.seed = seed;
     scenes::RobotSessionOptions session;
     session.thread_count = thread_count;
-    session.policies.exact = Exact::kConvex;
+    session.policies.exact = scenes::exact_test_of(storage_->robot);
     storage_->disabled = scenes::make_matrix(storage_->robot, options, session).masked;
     return true;
   } catch (const std::exception& failure) {

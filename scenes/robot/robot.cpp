@@ -8,6 +8,7 @@
 #include "scenes/robot/mjcf_tree.h"
 #include "scenes/robot/packages.h"
 #include "scenes/robot/robot_payload.h"
+#include "scenes/robot/surface.h"
 #include "scenes/robot/urdf.h"
 #include "scenes/robot/xml_text.h"
 
@@ -125,13 +126,34 @@ MeshFiles meshes_here(const std::string& path, const RobotOptions& options) {
 }  // namespace
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
-  if (!options.sandbox)
-    return in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, nullptr); });
-  const ForReader files = files_for_reader(path, options);
-  CurrentFile current;
-  return from_child(path, *options.sandbox,
-                    [&] { return robot_payload(read_here(path, options, files.meshes, &current, nullptr)); },
-                    read_robot_payload, {{files.readable.begin(), files.readable.end()}, &current});
+  LeafTriangles triangles;
+  LeafTriangles* const wanted = options.surface ? &triangles : nullptr;
+  Robot robot;
+  if (!options.sandbox) {
+    robot = in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, wanted); });
+  } else {
+    const ForReader files = files_for_reader(path, options);
+    CurrentFile current;
+    const auto read = [&] {
+      PayloadWriter writer;
+      writer.text(robot_payload(read_here(path, options, files.meshes, &current, wanted)));
+      writer.text(triangles_payload(triangles));
+      return writer.take();
+    };
+    const auto unpack = [&](const std::string& bytes) {
+      PayloadReader reader(bytes);
+      Robot read_robot = read_robot_payload(reader.text());
+      triangles = read_triangles_payload(reader.text());
+      reader.finish();
+      require_payload(!options.surface || triangles.size() == read_robot.body.leaves.size(),
+                      "the triangles are not those of the shapes");
+      return read_robot;
+    };
+    robot =
+        from_child(path, *options.sandbox, read, unpack, {{files.readable.begin(), files.readable.end()}, &current});
+  }
+  if (options.surface) take_surfaces(robot, triangles);
+  return robot;
 }
 
 LeafTriangles import_triangles(const std::string& path, const RobotOptions& options) {

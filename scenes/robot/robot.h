@@ -71,7 +71,8 @@ struct Robot {
   std::vector<RobotLink> links;  // as many as in body.link_parents
   std::vector<RobotJoint> joints;
   std::vector<RobotVariable> variables;
-  std::vector<std::string> leaf_sources;  // where the shape of each leaf is written, for messages
+  std::vector<std::string> leaf_sources;  // where the shape of each leaf is written, for messages; of a leaf of
+                                          // triangles, where its first mesh is
   LeftOut left_out;
   std::vector<std::string> notes;     // what was left out, held still or guessed
   std::optional<MujocoPairs> mujoco;  // of MJCF
@@ -90,15 +91,16 @@ struct RobotOptions {
   double ball_radius = 0;                  // metres, with kBall
   std::vector<std::string> ignored_words;  // elements and attributes of MJCF that are not read: passed over
   std::string root;                        // a folder whose meshes and MJCF files an MJCF file may name; empty: none
+  bool surface = false;                    // meshes become leaves of their triangles; false: convex hulls
   std::optional<SandboxLimits> sandbox;    // read the robot in a child process with these limits; empty: in this one
 };
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
-// convex hulls. A mesh with a relative path is looked for from the file's folder. A path package://NAME/REST is looked
-// for in the folder that options.packages gives for NAME; else in a folder NAME that contains the file or stands beside
-// one that does, in a folder there or below ROS_PACKAGE_PATH whose package.xml says NAME, and where AMENT_PREFIX_PATH
-// and ROS_PACKAGE_PATH have a folder NAME. Throws ImportError: one line that names the file, the line or element, and
-// the reason.
+// convex hulls, or with options.surface what take_surfaces (scenes/robot/surface.h) makes. A mesh with a relative path
+// is looked for from the file's folder. A path package://NAME/REST is looked for in the folder that options.packages
+// gives for NAME; else in a folder NAME that contains the file or stands beside one that does, in a folder there or
+// below ROS_PACKAGE_PATH whose package.xml says NAME, and where AMENT_PREFIX_PATH and ROS_PACKAGE_PATH have a folder
+// NAME. Throws ImportError: one line that names the file, the line or element, and the reason.
 //
 // With options.sandbox, a first child process finds the files that the robot's file names, and a second one reads it.
 // The first can open what is below the file's folder and files package.xml (scenes/robot/packages.h). The second can
@@ -110,8 +112,8 @@ Robot import_robot(const std::string& path, const RobotOptions& options);
 // link. Of a leaf that is no mesh there are none.
 using LeafTriangles = std::vector<std::vector<float>>;
 
-// Reads the triangles of the robot that import_robot reads from the same path with the same options. Throws
-// ImportError.
+// Reads the triangles of the robot that import_robot reads from the same path with the same options, whose `surface`
+// has no effect. Throws ImportError.
 LeafTriangles import_triangles(const std::string& path, const RobotOptions& options);
 
 // What an SRDF file disables.

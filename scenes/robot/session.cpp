@@ -24,6 +24,8 @@ const std::string& source_of(const Robot& robot, std::uint32_t leaf) {
 
 }  // namespace
 
+Exact exact_test_of(const Robot& robot) { return robot.body.skin.vertices.empty() ? Exact::kConvex : Exact::kSurface; }
+
 RobotSession::RobotSession(const Robot& robot, Span<const LinkPair> ignored, const RobotSessionOptions& options)
     : robot_(robot), kinematics_(robot), checker_(engine_desc(options)) {
   require(checker_.status(), robot.body.name);

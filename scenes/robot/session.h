@@ -11,6 +11,9 @@
 
 namespace cab::scenes {
 
+// The exact test that a robot's shapes want.
+Exact exact_test_of(const Robot& robot);
+
 // Joint states in order: `fill` writes the state of an index below `count`.
 struct StateSource {
   std::uint64_t count = 0;

@@ -282,7 +282,10 @@ TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
   MotionBound bound;
   CHECK(bound.set(desc, kinematics, {}) == Status::kSkinNotTaken);
   CollisionChecker checker;
-  CHECK(checker.set_robot(desc, kinematics) == Status::kSkinNotTaken);
+  REQUIRE(checker.set_robot(desc, kinematics) == Status::kOk);
+  MotionSearch search;
+  CHECK(checker.check_motions({}, {}, {}, search) == Status::kSkinNotTaken);
+  CHECK(checker.set_padding(desc, lengths) == Status::kSkinNotTaken);
   AttachedDesc object;
   object.leaves = {desc.leaves.data, 1};
   Leaf leaf;
@@ -291,7 +294,9 @@ TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
   CHECK(attached.set(robot, kinematics, object) ==
         (desc.leaves[0].link == 0 ? Status::kSkinNotTaken : Status::kBadLeafLink));
   object.leaves = {&leaf, 1};
-  CHECK(attached.set(desc, kinematics, object) == Status::kSkinNotTaken);
+  ArticulationDesc wrong = desc;
+  wrong.skin.inverse_bind.size -= 16;
+  CHECK(attached.set(wrong, kinematics, object) == Status::kBadSkin);
 }
 
 TEST_CASE("an instance that is masked since its skin is out of range says so") {

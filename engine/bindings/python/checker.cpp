@@ -48,6 +48,13 @@ EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
   throw py::value_error("states[" + std::to_string(state) + "]: a number is not finite, or moves a link beyond 1e18");
 }
 
+// Words for a call that triangles have no answer for; empty for any other status.
+std::string refused_surface(Status status, const char* why) {
+  return status == Status::kSkinNotTaken ? std::string(why) + "; take a robot of hulls" : std::string();
+}
+
+constexpr const char* kNoDepth = "triangles have no depth and no distance";
+
 class Checker {
  public:
   // `robot` must outlive this. padding: one length per link and object, or none. attached: objects as (name, body,
@@ -87,7 +94,10 @@ class Checker {
     };
     require_robot(checker_.set_robot(desc, kinematics, &bad_leaf));
     checker_.world().job().margin = margin;
-    if (!padding.empty()) require_robot(checker_.set_padding(desc, padding, &bad_leaf));
+    if (padding.empty()) return;
+    const Status padded = checker_.set_padding(desc, padding, &bad_leaf);
+    if (padded == Status::kSkinNotTaken) require(padded, refused_surface(padded, "triangles are not padded"));
+    require_robot(padded);
   }
 
   void add_fixed(const BodyData& body, const py::object& poses) {
@@ -144,7 +154,7 @@ class Checker {
       }
       return tested;
     });
-    require(status);
+    require(status, refused_surface(status, kNoDepth));
     if (first_not_tested < count) raise_not_tested(first_not_tested);
     py::array_t<StateHit> out(static_cast<py::ssize_t>(found.size()));
     std::copy(found.begin(), found.end(), out.mutable_data());
@@ -159,9 +169,10 @@ class Checker {
     py::array_t<double> slopes({gradients ? count : 0, variables});
     NearestLinks* const nearest = out.mutable_data();
     const Span<double> slope_span = {slopes.mutable_data(), static_cast<std::size_t>(slopes.size())};
-    require(run([&] {
+    const Status status = run([&] {
       return checker_.find_nearest(values, {nearest, static_cast<std::size_t>(count)}, most, slope_span);
-    }));
+    });
+    require(status, refused_surface(status, kNoDepth));
     for (py::ssize_t i = 0; i < count; ++i)
       if (std::isnan(nearest[i].distance)) raise_not_tested(static_cast<std::size_t>(i));
     return py::make_tuple(std::move(out), std::move(slopes));

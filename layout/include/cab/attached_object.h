@@ -34,16 +34,17 @@ struct AttachedDesc {
 class AttachedObject {
  public:
   // Makes the robot. Its last link is the object: it moves with object.link, is never tested against that one and
-  // object.touch_links, and is tested against all other links. All is copied but kinematics.joints and the parts of
-  // leaves, which stay the caller's, as they are, as long as this object is used. If the status is not kOk this object
-  // stays as it was. Whether leaves are right is for set_robot to say: its *bad_leaf counts the object's after the
-  // robot's.
+  // object.touch_links, and is tested against all other links. All is copied but kinematics.joints, the parts and
+  // triangles of leaves, and the robot's skin, which stay the caller's, as they are, as long as this object is used. If
+  // the status is not kOk this object stays as it was. Whether leaves are right is for set_robot to say: its *bad_leaf
+  // counts the object's after the robot's.
   // Statuses: kNoLinks, kTooManyLinks, kBadParent (link_parents of the robot, or object.link, is wrong), kBadJoint
   // (kinematics has other links than the robot, or arrays do not fit), kNoLeaves (the object has none), kTooManyLeaves,
   // kBadLeafLink (a leaf of the robot is on no link, or one of the object not on 0), kBadIgnoredPair (ignored_pairs or
   // touch_links names no link; or ignored_hops is above 1, which would reach the object), kBadRestPose (the robot has a
   // rest pose, where the object is in none: list the pairs that cab::ignored_pairs tells instead), kBadPoses (rotation
-  // or translation is not finite, or rotation is 0), kSkinNotTaken (a leaf has triangles), kOutOfMemory.
+  // or translation is not finite, or rotation is 0), kSkinNotTaken (a leaf of the object has triangles), kBadSkin
+  // (inverse_bind of the robot's skin is not one matrix for each link), kOutOfMemory.
   [[nodiscard]] Status set(const ArticulationDesc& robot, const KinematicsDesc& kinematics,
                            const AttachedDesc& object) noexcept;
 
@@ -63,6 +64,7 @@ class AttachedObject {
   std::unique_ptr<float[]> joints_;
   std::unique_ptr<Leaf[]> leaves_;
   std::unique_ptr<LinkPair[]> pairs_;
+  std::unique_ptr<float[]> binds_;  // of the robot's skin, if it has some
 };
 
 // Refuses what would read beyond an array, or become right, or mean something else, by the link more.
@@ -83,10 +85,9 @@ inline Status AttachedObject::validate(const ArticulationDesc& robot, const Kine
     return Status::kNoLeaves;
   if (robot.leaves.size > kMaxLeaves || object.leaves.size > kMaxLeaves - robot.leaves.size)
     return Status::kTooManyLeaves;
-  for (const Leaf& leaf : robot.leaves) {
+  for (const Leaf& leaf : robot.leaves)
     if (leaf.link >= links) return Status::kBadLeafLink;
-    if (leaf.triangles.size) return Status::kSkinNotTaken;
-  }
+  if (!robot.skin.inverse_bind.empty() && !fits(robot.skin.inverse_bind, 16 * links)) return Status::kBadSkin;
   for (const Leaf& leaf : object.leaves) {
     if (leaf.link != 0) return Status::kBadLeafLink;
     if (leaf.triangles.size) return Status::kSkinNotTaken;
@@ -138,7 +139,8 @@ inline Status AttachedObject::set(const ArticulationDesc& robot, const Kinematic
   std::unique_ptr<float[]> joints(new (std::nothrow) float[3 * (links + 1)]);
   std::unique_ptr<Leaf[]> leaves(new (std::nothrow) Leaf[desc.leaves.size]);
   std::unique_ptr<LinkPair[]> pairs(new (std::nothrow) LinkPair[desc.ignored_pairs.size]);
-  if (!parents || !places || !joints || !leaves || !pairs) return Status::kOutOfMemory;
+  std::unique_ptr<float[]> binds(new (std::nothrow) float[16 * (links + 1)]());
+  if (!parents || !places || !joints || !leaves || !pairs || !binds) return Status::kOutOfMemory;
 
   // After all others it is after its parent.
   *std::copy(robot.link_parents.begin(), robot.link_parents.end(), parents.get()) =
@@ -156,6 +158,12 @@ inline Status AttachedObject::set(const ArticulationDesc& robot, const Kinematic
 
   desc.link_parents = moved.link_parents = {parents.get(), links + 1};
   if (!robot.link_joints.empty()) desc.link_joints = {joints.get(), 3 * (links + 1)};
+  if (!robot.skin.inverse_bind.empty()) {
+    // No vertex is of the object, so its matrix is any with an inverse.
+    float* const last = std::copy(robot.skin.inverse_bind.begin(), robot.skin.inverse_bind.end(), binds.get());
+    for (int i = 0; i < 16; i += 5) last[i] = 1;
+    desc.skin.inverse_bind = {binds.get(), 16 * (links + 1)};
+  }
   desc.leaves.data = leaves.get();
   desc.ignored_pairs.data = pairs.get();
   moved.links = {places.get(), links + 1};
@@ -166,6 +174,7 @@ inline Status AttachedObject::set(const ArticulationDesc& robot, const Kinematic
   joints_ = std::move(joints);
   leaves_ = std::move(leaves);
   pairs_ = std::move(pairs);
+  binds_ = std::move(binds);
   return Status::kOk;
 }
 

@@ -8,7 +8,8 @@
 //   status = checker.check(states, answers);            // any number of states, in one call
 //
 // A World of sequences with forward kinematics before it; its conventions on errors, threads and memory hold. Shapes
-// are tested exactly (Exact::kConvex). world().job() has the policies, and the margin that links keep at least.
+// are tested exactly: by Exact::kConvex, and by Exact::kSurface once something has leaves of triangles. These have no
+// depths and no distances. world().job() has the policies, and the margin that links keep at least.
 #pragma once
 
 #include <cab/distance_gradient.h>
@@ -77,8 +78,8 @@ class CollisionChecker {
   // Sets the robot, once. desc.ignored_pairs are not tested. `kinematics` has the links of desc, and points into arrays
   // of the caller, which stay as they are as long as this object is used. If desc is refused, *bad_leaf (may be null)
   // says which leaf is at fault.
-  // Statuses: kBatchGivenTwice (there is a robot), kBadJoint (kinematics is wrong, or has other links than desc),
-  // kSkinNotTaken (a leaf has triangles), those of cab::compute_link_poses, add_articulation and add_batch.
+  // Statuses: kBatchGivenTwice (there is a robot), kBadJoint (kinematics is wrong, or has other links than desc), those
+  // of cab::compute_link_poses, add_articulation and add_batch.
   [[nodiscard]] Status set_robot(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
                                  std::uint32_t* bad_leaf = nullptr) noexcept;
 
@@ -89,7 +90,7 @@ class CollisionChecker {
   // Cost: the robot is posed twice for each state.
   // Statuses: kUnknownBatch (there is no robot), kBatchGivenTwice (there is padding, or something around), kBadMargin
   // (padding is not one such length for each link), kBadJoint (desc is not that of the robot), those of
-  // PaddedLeaves::set, add_articulation and add_batch.
+  // PaddedLeaves::set (kSkinNotTaken: a leaf has triangles), add_articulation and add_batch.
   [[nodiscard]] Status set_padding(const ArticulationDesc& desc, Span<const float> padding,
                                    std::uint32_t* bad_leaf = nullptr) noexcept;
 
@@ -117,7 +118,7 @@ class CollisionChecker {
   // state. Those of links with padding and those with points come after all others, each sorted by states. After
   // world().want_contacts() there are contacts too.
   // Statuses: kUnknownBatch (there is no robot), kBadCount (count is above chunk()), kBadOutput (states is not
-  // variable_count numbers for each), those of run_frame.
+  // variable_count numbers for each), those of run_frame (kSkinNotTaken: contacts of triangles).
   [[nodiscard]] Status find_hits(Span<const double> states, std::uint32_t count) noexcept;
 
   // Answers for each motion whether links touch on the way: every variable goes linearly from its value in `from` to
@@ -129,7 +130,8 @@ class CollisionChecker {
   // length that they move divided by the resolution.
   // Memory: 6 bytes per pair of links, and 80 kB at first use.
   // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit, or the resolution is not above 0),
-  // kBadShape (the robot has a half space), those of run_frame.
+  // kBadShape (the robot has a half space), kSkinNotTaken (triangles of a leaf are moved by other links), those of
+  // run_frame.
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
                                      MotionSearch& search) noexcept;
 
@@ -139,7 +141,7 @@ class CollisionChecker {
   // points stay where they are on their links; 0 where the distance is infinite or NaN.
   // Cost: some times that of find_hits, the less the nearer links are.
   // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadMargin (`most` is below 0, above
-  // 1e18 or NaN), those of run_frame.
+  // 1e18 or NaN), those of run_frame (kSkinNotTaken: a leaf has triangles).
   [[nodiscard]] Status find_nearest(Span<const double> states, Span<NearestLinks> nearest, float most,
                                     Span<double> gradients = {}) noexcept;
 
@@ -157,6 +159,7 @@ class CollisionChecker {
   Span<const std::uint8_t> flags() const noexcept { return {flags_.get(), flag_count_}; }
 
  private:
+  void test_triangles_of(const ArticulationDesc& desc) noexcept;
   Status read_bound(const ArticulationDesc& desc) noexcept;
   Status run(Span<const double> states, std::uint32_t count, Report report, Span<std::uint8_t> in_contact) noexcept;
 
@@ -227,8 +230,6 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   if (const Status status = compute_link_poses(kinematics, {}, Isa::kAuto, {}); status != Status::kOk) return status;
   const std::size_t links = kinematics.link_parents.size;
   if (links != desc.link_parents.size) return Status::kBadJoint;
-  for (const Leaf& leaf : desc.leaves)
-    if (leaf.triangles.size) return Status::kSkinNotTaken;
   // Whole tiles of sixteen.
   const std::size_t chunk = std::max<std::size_t>(std::min(kMostStates, kMostLinks / links) / 16 * 16, kMotionStates);
   poses_.reset(new (std::nothrow) float[7 * links * chunk]);
@@ -247,9 +248,17 @@ inline Status CollisionChecker::set_robot(const ArticulationDesc& desc, const Ki
   kinematics_ = kinematics;
   chunk_ = count;
   world_.input(robot)->poses.data = poses_.get();
+  test_triangles_of(desc);
   mark_ = mark_of(desc);
   has_bound_ = read_bound(desc);
   return Status::kOk;
+}
+
+// Tests triangles from now on if a body has some, unless the caller chose another test than that of solids.
+inline void CollisionChecker::test_triangles_of(const ArticulationDesc& desc) noexcept {
+  Exact& exact = world_.job().policies.exact;
+  for (const Leaf& leaf : desc.leaves)
+    if (leaf.triangles.size && exact == Exact::kConvex) exact = Exact::kSurface;
 }
 
 // Reads what motions of the robot are bounded by.
@@ -334,9 +343,13 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   status = why_masked(world_.engine(), input, 0, &reason);
   if (status == Status::kOk && reason.cause != MaskCause::kNone) status = Status::kBadPoses;
   if (status == Status::kOk) status = world_.add_rule({tested_around(), body});
-  if (status != Status::kOk) (void)world_.remove_batch(body);
-  has_fixed_ = has_fixed_ || status == Status::kOk;
-  return status;
+  if (status != Status::kOk) {
+    (void)world_.remove_batch(body);
+    return status;
+  }
+  test_triangles_of(desc);
+  has_fixed_ = true;
+  return Status::kOk;
 }
 
 inline Status CollisionChecker::add_points(Span<const float> points, float radius) noexcept {

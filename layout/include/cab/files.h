@@ -56,6 +56,9 @@ struct RobotOptions {
 
   // Whether a shape is left out whose mesh file is not there. Default: the robot is refused.
   bool leave_out_missing_meshes = false;
+
+  // Whether meshes become leaves of their triangles, which Exact::kSurface tests. Default: convex hulls.
+  bool surface = false;
 };
 
 // A number of a joint state, with its limits: radians or metres.

@@ -20,9 +20,10 @@ namespace cab {
 // A robot whose motions are bounded: set once, then length() for each motion. One call at a time.
 class MotionBound {
  public:
-  // Reads the links of a robot: its joints, the boxes of its leaves, and the pairs that are not tested. `kinematics`
-  // points into arrays that stay. ignored: sorted, as cab::ignored_pairs writes them. Statuses: kBadShape (a half
-  // space, which has points anywhere), kSkinNotTaken (a leaf with triangles, which other links move), kOutOfMemory.
+  // Reads the links of a robot: its joints, the boxes or triangles of its leaves, and the pairs that are not tested.
+  // `desc` is one that add_articulation takes. `kinematics` points into arrays that stay. ignored: sorted, as
+  // cab::ignored_pairs writes them. Statuses: kBadShape (a half space, which has points anywhere), kSkinNotTaken (other
+  // links than that of their leaf move triangles), kOutOfMemory.
   [[nodiscard]] Status set(const ArticulationDesc& desc, const KinematicsDesc& kinematics,
                            Span<const IgnoredPair> ignored) noexcept;
 
@@ -48,6 +49,8 @@ class MotionBound {
     std::uint16_t a, b;
     std::int16_t above;  // the last link that both chains have, or -1
   };
+  static double reach_of(const Leaf& leaf) noexcept;
+  static double reach_of(const SkinDesc& skin, const Leaf& leaf) noexcept;
   void add_joint(const JointDesc& joint, const double* from, const double* to, Chain& chain) const noexcept;
   static double moved(const Chain& chain, const Chain& above) noexcept {
     return (chain.moves - above.moves) + (chain.extent + chain.reach) * (chain.turns - above.turns);
@@ -70,16 +73,11 @@ inline Status MotionBound::set(const ArticulationDesc& desc, const KinematicsDes
   pair_count_ = 0;
   for (std::size_t l = 0; l < links; ++l) chains_[l].reach = -1;
   for (const Leaf& leaf : desc.leaves) {
-    if (leaf.triangles.size) return Status::kSkinNotTaken;
     for (const ConvexPart& part : leaf.parts)
       if (part.kind == ShapeKind::kHalfSpace) return Status::kBadShape;
-    double center = 0, half = 0;
-    for (int c = 0; c < 3; ++c) {
-      center += static_cast<double>(leaf.box.center[c]) * static_cast<double>(leaf.box.center[c]);
-      half += static_cast<double>(leaf.box.half[c]) * static_cast<double>(leaf.box.half[c]);
-    }
-    double& reach = chains_[leaf.link].reach;
-    reach = std::max(reach, (std::sqrt(center) + std::sqrt(half)) * (1 + 1e-4));  // axes are orthonormal to 1e-5
+    const double of_leaf = leaf.triangles.empty() ? reach_of(leaf) : reach_of(desc.skin, leaf);
+    if (of_leaf < 0) return Status::kSkinNotTaken;
+    chains_[leaf.link].reach = std::max(chains_[leaf.link].reach, of_leaf);
   }
   for (std::size_t a = 0; a < links; ++a)
     for (std::size_t b = a + 1; b < links; ++b) {
@@ -94,6 +92,41 @@ inline Status MotionBound::set(const ArticulationDesc& desc, const KinematicsDes
                                static_cast<std::int16_t>(x)};
     }
   return Status::kOk;
+}
+
+// The farthest that a leaf's box reaches from the origin of its link.
+inline double MotionBound::reach_of(const Leaf& leaf) noexcept {
+  double center = 0, half = 0;
+  for (int c = 0; c < 3; ++c) {
+    center += static_cast<double>(leaf.box.center[c]) * static_cast<double>(leaf.box.center[c]);
+    half += static_cast<double>(leaf.box.half[c]) * static_cast<double>(leaf.box.half[c]);
+  }
+  return (std::sqrt(center) + std::sqrt(half)) * (1 + 1e-4);  // axes are orthonormal to 1e-5
+}
+
+// The same of a leaf's triangles; below 0 if another link moves them.
+inline double MotionBound::reach_of(const SkinDesc& skin, const Leaf& leaf) noexcept {
+  double farthest = 0;
+  for (const std::uint32_t v : leaf.triangles) {
+    for (std::size_t i = v * std::size_t{skin.influence_count}; i < (v + std::size_t{1}) * skin.influence_count; ++i)
+      if (skin.influence_weights[i] > 0 && skin.influence_links[i] != leaf.link) return -1;
+    const float* const at = skin.vertices.data + 3 * std::size_t{v};
+    const float* const bind =
+        skin.inverse_bind.empty() ? nullptr : skin.inverse_bind.data + 16 * std::size_t{leaf.link};
+    double square = 0, sum = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      double x = static_cast<double>(bind ? bind[12 + c] : at[c]);
+      sum += std::fabs(x);
+      for (std::size_t k = 0; bind && k < 3; ++k) {
+        const double term = static_cast<double>(bind[4 * k + c]) * static_cast<double>(at[k]);
+        x += term;
+        sum += std::fabs(term);
+      }
+      square += x * x;
+    }
+    farthest = std::max(farthest, std::sqrt(square) + 1e-14 * sum);
+  }
+  return farthest;
 }
 
 // Adds a joint to the chain that leads to it.

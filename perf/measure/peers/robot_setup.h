@@ -25,6 +25,9 @@ struct RobotSetup {
   std::function<void(Span<const double> states, Span<std::uint8_t> touching)> check;
 };
 
+// FCL's set-up for the same links, joints, shapes and triangles, in double. The robot must outlive it.
+RobotSetup fcl_setup(const scenes::Robot& robot, const RobotPairs& pairs, const scenes::LeafTriangles& triangles);
+
 // MuJoCo's set-ups for the same links, joints and shapes, and its version; of builds with it alone. The robot must
 // outlive the set-ups. Throws std::runtime_error with MuJoCo's reason if it refuses the robot.
 std::vector<RobotSetup> mujoco_setups(const scenes::Robot& robot, const RobotPairs& pairs);

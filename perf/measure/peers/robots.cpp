@@ -1,4 +1,4 @@
-// `cab peers --robot`: states of a robot through cab and MuJoCo, in turns, and beside the triangles of its meshes.
+// `cab peers --robot`: states of a robot through cab, FCL and MuJoCo, in turns, and beside the triangles of its meshes.
 #include "perf/measure/peers/robots.h"
 
 #include <cab/cab.h>
@@ -24,6 +24,7 @@
 #include "perf/tools/robot/choose_matrix.h"
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/surface.h"
 
 namespace cab::perf {
 namespace {
@@ -106,12 +107,27 @@ class Checker {
   std::vector<StateAnswer> answers_;
 };
 
+// Who answers. What shapes of --also miss is no fault of the engine's.
+enum class RobotLibrary : std::uint8_t { kOurs, kOther };
+
 // A set-up, and what was found of it.
 struct RobotRow {
   RobotSetup setup;
-  bool ours;
+  RobotLibrary library;
+  bool by_surface = false;           // it tests triangles, which have no inside
   std::vector<double> seconds = {};  // per state, of each round
-  std::uint64_t touching = 0, false_positives = 0, misses = 0;
+  std::uint64_t touching = 0, false_positives = 0, misses = 0, inside = 0;
+
+  // Counts an answer beside the truth.
+  void count(bool answer, RobotTouch truth) {
+    touching += answer;
+    false_positives += answer && truth == RobotTouch::kApart;
+    const bool is_missed = !answer && truth != RobotTouch::kApart;
+    if (by_surface && truth == RobotTouch::kInside)
+      inside += is_missed;
+    else
+      misses += is_missed;
+  }
 };
 
 class RobotRun {
@@ -119,33 +135,52 @@ class RobotRun {
   // also: the same robot with other shapes, or null.
   RobotRun(const RobotCommandOptions& options, Isa isa, const scenes::Robot& robot, const RobotPairs& pairs,
            const scenes::Robot* also)
-      : options_(options), robot_(robot), pairs_(pairs), judge_(robot, import_triangles(options.file, options.import)) {
+      : options_(options),
+        robot_(robot),
+        pairs_(pairs),
+        triangles_(import_triangles(options.file, options.import)),
+        judge_(robot, triangles_) {
     const auto add = [&](const std::string& name, const std::string& meaning, const scenes::Robot& of, Isa on,
                          Exact exact) {
       const auto checker = std::make_shared<Checker>(of, pairs, on, exact);
-      rows_.push_back(
-          {{name, meaning, [checker](auto states, auto touching) { checker->check(states, touching); }}, true});
+      const auto check = [checker](auto states, auto touching) { checker->check(states, touching); };
+      rows_.push_back({{name, meaning, check}, RobotLibrary::kOurs, exact == Exact::kSurface});
       return checker;
+    };
+    const auto add_all_pairs = [&](const std::string& name, const std::shared_ptr<Checker>& checker, Exact exact) {
+      const auto find = [checker](Span<const double> states, Span<std::uint8_t> touching) {
+        std::fill_n(touching.data, touching.size, std::uint8_t{0});
+        checker->find_hits(states, [&](std::size_t state, const Hit&) { touching[state] = 1; });
+      };
+      rows_.push_back({{name + ", all pairs", "the same, and all pairs of links that touch", find},
+                       RobotLibrary::kOurs,
+                       exact == Exact::kSurface});
     };
     const auto add_ours = [&](const std::string& name, const std::string& meaning, Isa on, Exact exact) {
       return add(name, meaning, robot, on, exact);
     };
     boxes_ = add_ours("cab boxes", "boxes about shapes, exact = none", isa, Exact::kNone);
     shapes_ = add_ours("cab shapes", "hulls of meshes, and all other shapes, exact = convex", isa, Exact::kConvex);
-    const auto find = [this](Span<const double> states, Span<std::uint8_t> touching) {
-      std::fill_n(touching.data, touching.size, std::uint8_t{0});
-      shapes_->find_hits(states, [&](std::size_t state, const Hit&) { touching[state] = 1; });
-    };
-    rows_.push_back({{"cab shapes, all pairs", "the same, and all pairs of links that touch", find}, true});
+    add_all_pairs("cab shapes", shapes_, Exact::kConvex);
     if (shapes_->isa() != Isa::kScalar)
       add_ours("cab shapes, scalar", "cab shapes without SIMD", Isa::kScalar, Exact::kConvex);
+    const bool has_meshes =
+        std::any_of(triangles_.begin(), triangles_.end(), [](const auto& corners) { return !corners.empty(); });
+    if (has_meshes) {
+      scenes::Robot surface = robot;
+      take_surfaces(surface, triangles_);
+      const auto checker = add("cab surface", "triangles of meshes, and all other shapes, exact = surface", surface,
+                               isa, Exact::kSurface);
+      add_all_pairs("cab surface", checker, Exact::kSurface);
+    }
     if (also) {
       add("cab also", std::to_string(also->body.leaves.size()) + " shapes of --also", *also, isa, Exact::kConvex);
-      rows_.back().ours = false;  // what such shapes miss is no fault of the engine's
+      rows_.back().library = RobotLibrary::kOther;
     }
+    if (has_meshes) rows_.push_back({fcl_setup(robot, pairs, triangles_), RobotLibrary::kOther, true});
 #ifdef CAB_WITH_MUJOCO
     try {
-      for (RobotSetup& setup : mujoco_setups(robot, pairs)) rows_.push_back({std::move(setup), false});
+      for (RobotSetup& setup : mujoco_setups(robot, pairs)) rows_.push_back({std::move(setup), RobotLibrary::kOther});
     } catch (const std::runtime_error& error) {
       tell("note", std::string("mujoco refuses the robot: ") + error.what());
     }
@@ -169,9 +204,11 @@ class RobotRun {
     }
   }
 
-  // Whether cab's shapes miss nothing.
+  // Whether cab's shapes and surfaces miss nothing.
   bool right() const {
-    return lost_ == 0 && std::none_of(rows_.begin(), rows_.end(), [](auto& row) { return row.ours && row.misses > 0; });
+    return lost_ == 0 && std::none_of(rows_.begin(), rows_.end(), [](const RobotRow& row) {
+             return row.library == RobotLibrary::kOurs && row.misses > 0;
+           });
   }
 
   // Prints the head, and the meanings of the set-ups.
@@ -185,30 +222,44 @@ class RobotRun {
   Json print_table() const {
     const auto count = static_cast<double>(options_.random_count);
     const auto share = [&](std::uint64_t states) { return fixed(100 * static_cast<double>(states) / count, 2) + " %"; };
-    Json json = {{"robot", robot_.body.name},         {"tested_pairs", pairs_.tested.size()},
-                 {"states", options_.random_count},   {"seed", options_.seed},
-                 {"isa", to_string(shapes_->isa())},  {"states_in_collision", judged_},
-                 {"left_out_pairs", near_ + far_},    {"left_out_pairs_that_touch", lost_},
-                 {"cab_version", CAB_VERSION_STRING}, {"runs", Json::array()}};
+    Json json = {{"robot", robot_.body.name},
+                 {"tested_pairs", pairs_.tested.size()},
+                 {"states", options_.random_count},
+                 {"seed", options_.seed},
+                 {"isa", to_string(shapes_->isa())},
+                 {"states_in_collision", judged_ + inside_},
+                 {"states_inside_alone", inside_},
+                 {"left_out_pairs", near_ + far_},
+                 {"left_out_pairs_that_touch", lost_},
+                 {"cab_version", CAB_VERSION_STRING},
+                 {"runs", Json::array()}};
 #ifdef CAB_WITH_MUJOCO
     json["mujoco_version"] = mujoco_version();
 #endif
     TextTable table;
-    table.add_row({"", "us per state", "least", "most", "in collision", "false positives", "misses"});
+    table.add_row({"", "us per state", "least", "most", "in collision", "false positives", "share", "misses"});
     for (const RobotRow& row : rows_) {
       const Spread time = spread_of(row.seconds);
       table.add_row({row.setup.name, fixed(1e6 * time.median, 3), fixed(1e6 * time.least, 3), fixed(1e6 * time.most, 3),
-                     share(row.touching), std::to_string(row.false_positives), std::to_string(row.misses)});
+                     share(row.touching), std::to_string(row.false_positives),
+                     fixed(100 * static_cast<double>(row.false_positives) /
+                               static_cast<double>(std::max<std::uint64_t>(row.touching, 1)),
+                           2) +
+                         " %",
+                     std::to_string(row.misses)});
       Json run = {{"setup", row.setup.name},
                   {"states_in_collision", row.touching},
                   {"false_positives", row.false_positives},
                   {"misses", row.misses}};
+      if (row.by_surface) run["misses_inside"] = row.inside;
       add_spread(run, "seconds", time);
       json["runs"].push_back(std::move(run));
     }
-    table.add_row({"judge", fixed(1e6 * judge_seconds_ / count, 3), "", "", share(judged_), "", ""});
+    table.add_row({"judge", fixed(1e6 * judge_seconds_ / count, 3), "", "", share(judged_ + inside_), "", "", ""});
     std::cout << '\n';
     table.print(std::cout);
+    if (inside_ > 0)
+      std::cout << "states of them in which a shape is inside a mesh and no triangles touch: " << inside_ << '\n';
     std::cout << "pairs of links that cab's shapes leave out, judged: " << near_ << " whose boxes touch, " << far_
               << " others; of these touch: " << lost_ << '\n';
     return json;
@@ -223,28 +274,28 @@ class RobotRun {
     return states;
   }
 
-  bool touch(const std::vector<double>& states, std::size_t state, std::uint32_t link_a, std::uint32_t link_b) const {
+  RobotTouch touch(const std::vector<double>& states, std::size_t state, std::uint32_t link_a,
+                   std::uint32_t link_b) const {
     return judge_.touch(shapes_->poses(states.data() + state * robot_.variables.size()), link_a, link_b);
   }
 
   void run_round(const std::vector<double>& states, std::size_t count) {
-    std::vector<std::uint8_t> truth(count), touching(count);
+    std::vector<RobotTouch> truth(count, RobotTouch::kApart);
+    std::vector<std::uint8_t> touching(count);
     double start = processor_seconds();
     // Hulls hold their meshes, so the pairs that cab's shapes leave out are apart; judge_left_out checks that.
     shapes_->find_hits(states, [&](std::size_t state, const Hit& hit) {
-      if (truth[state] == 0) truth[state] = touch(states, state, hit.link_a, hit.link_b);
+      if (truth[state] != RobotTouch::kSurface)
+        truth[state] = std::max(truth[state], touch(states, state, hit.link_a, hit.link_b));
     });
     judge_seconds_ += processor_seconds() - start;
-    judged_ += static_cast<std::uint64_t>(std::count(truth.begin(), truth.end(), 1));
+    judged_ += static_cast<std::uint64_t>(std::count(truth.begin(), truth.end(), RobotTouch::kSurface));
+    inside_ += static_cast<std::uint64_t>(std::count(truth.begin(), truth.end(), RobotTouch::kInside));
     for (RobotRow& row : rows_) {
       start = processor_seconds();
       row.setup.check(states, touching);
       row.seconds.push_back((processor_seconds() - start) / static_cast<double>(count));
-      for (std::size_t s = 0; s < count; ++s) {
-        row.touching += touching[s];
-        row.false_positives += touching[s] > truth[s];
-        row.misses += touching[s] < truth[s];
-      }
+      for (std::size_t s = 0; s < count; ++s) row.count(touching[s] != 0, truth[s]);
     }
   }
 
@@ -260,17 +311,19 @@ class RobotRun {
         std::size_t& sampled = found[0].count({s, pair.a, pair.b}) != 0 ? near_ : far_;
         if (sampled == kSampledPairs) continue;
         ++sampled;
-        lost_ += touch(states, s, pair.a, pair.b);
+        lost_ += touch(states, s, pair.a, pair.b) != RobotTouch::kApart;
       }
   }
 
   const RobotCommandOptions& options_;
   const scenes::Robot& robot_;
   const RobotPairs& pairs_;
+  const scenes::LeafTriangles triangles_;
   RobotJudge judge_;
   std::shared_ptr<Checker> boxes_, shapes_;
   std::vector<RobotRow> rows_;
-  std::uint64_t judged_ = 0;        // states in collision
+  std::uint64_t judged_ = 0;        // states in collision by surfaces
+  std::uint64_t inside_ = 0;        // others, in which something is inside a mesh
   std::size_t near_ = 0, far_ = 0;  // judged pairs that cab's shapes leave out
   std::size_t lost_ = 0;            // of these, how many touch
   double judge_seconds_ = 0;

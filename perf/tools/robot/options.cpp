@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "perf/base/option_values.h"
+#include "perf/base/usage.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/words.h"
 
@@ -82,7 +83,32 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
           "a mesh of a URDF file that is not there (default refuse): refuse the robot, take no shape for it, or a ball "
           "of this radius in metres")
       ->type_name("refuse|none|RADIUS");
+  add_text(
+      command, "--shapes", "hulls|surface",
+      "what meshes become (default hulls): convex hulls; or surface: their triangles, without an inside, a depth or a"
+      " distance",
+      [&o](const std::string& text) {
+        if (text != "hulls" && text != "surface") reject("--shapes", text, "hulls or surface");
+        o.import.surface = text == "surface";
+      });
   add_no_sandbox(command, o.import.sandbox);
+}
+
+// What surfaces do not go with. A preset says nothing about exact tests.
+void check_shapes(RobotCommandOptions& o, bool has_exact) {
+  const bool is_of_solids = o.policies.exact == Exact::kConvex || o.policies.exact == Exact::kFcl;
+  if (o.import.surface && has_exact && is_of_solids)
+    throw UsageError(
+        "--shapes surface: the exact tests convex and fcl are about solids; leave --exact out, or choose"
+        " --shapes hulls");
+  if (!has_exact) o.policies.exact = o.import.surface ? Exact::kSurface : Exact::kConvex;
+  if (!o.import.surface) return;
+  if (!o.distances.empty())
+    throw UsageError("--distance: triangles have no depth and no distance; choose --shapes hulls");
+  if (!o.padding.empty())
+    throw UsageError("--padding: triangles are not grown; choose --shapes hulls, or --margin for all pairs");
+  if (!o.recording.path.empty())
+    throw UsageError("--record: surfaces are not recorded yet; leave it out, or choose --shapes hulls");
 }
 
 }  // namespace
@@ -157,8 +183,7 @@ Command add_robot(CLI::App& app) {
                   "write a recording of the checked states, to replay and to look at");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
-            // A preset says nothing about exact tests.
-            if (exact->count() == 0) options->policies.exact = Exact::kConvex;
+            check_shapes(*options, exact->count() > 0);
             return robot_command(*options);
           }};
 }

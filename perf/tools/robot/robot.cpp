@@ -264,7 +264,8 @@ void print_table(const RobotCommandOptions& options, const scenes::Robot& robot,
   table.add_row({"robot", robot.body.name});
   table.add_row({"links", std::to_string(robot.links.size())});
   table.add_row({"links with shapes", std::to_string(scenes::count_shaped(robot))});
-  table.add_row({"shapes", std::to_string(robot.body.leaves.size())});
+  table.add_row(
+      {options.import.surface ? "leaves of shapes and triangles" : "shapes", std::to_string(robot.body.leaves.size())});
   table.add_row({"shapes left out", std::to_string(robot.left_out.shapes)});
   table.add_row({"joint variables", std::to_string(robot.variables.size())});
   table.add_row({"joints held still", std::to_string(robot.left_out.joints)});
@@ -353,7 +354,7 @@ Json to_json(const RobotCommandOptions& options, const scenes::Robot& robot, con
   json["file"] = options.file;
   json["robot"] = robot.body.name;
   json["links"] = robot.body.link_names;
-  json["shape_count"] = robot.body.leaves.size();
+  json[options.import.surface ? "leaf_count" : "shape_count"] = robot.body.leaves.size();
   json["variables"] = variables_json(robot);
   json["pair_count"] = count_pairs(robot);
   json["samples"] = options.srdf_path.empty() ? options.samples : 0;

@@ -309,7 +309,7 @@ class Body:
 
     @property
     def is_surface(self) -> bool:
-        """Whether `from_surface` made it."""
+        """Whether it has triangles: of `from_surface`, or of a `Robot` with shapes="surface"."""
         return len(self._data.skin[0]) > 0
 
     @property

@@ -122,7 +122,11 @@ class Checker:
 
 def companion_files(path: bytes) -> List[bytes]: ...
 def load_robot(
-    path: bytes, packages: Sequence[Tuple[bytes, bytes]], srdf_path: Optional[bytes], leave_out_missing_meshes: bool
+    path: bytes,
+    packages: Sequence[Tuple[bytes, bytes]],
+    srdf_path: Optional[bytes],
+    leave_out_missing_meshes: bool,
+    surface: bool,
 ) -> RobotData: ...
 def load_motion(
     path: bytes,

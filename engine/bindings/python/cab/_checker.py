@@ -110,7 +110,9 @@ class CollisionChecker:
     threads  how many threads calls run on; 0: all cores.
     isa      the instruction set, one of `cab.isas()`, or "auto".
 
-    Shapes are tested exactly, sixteen states at a time. Any thread may call; one call runs at a time.
+    Shapes are tested exactly, sixteen states at a time. Any thread may call; one call runs at a time. Bodies with
+    triangles (`Robot` with shapes="surface") have no depths and no distances: `hits` with depths, `clearance` and
+    `distances` raise an error where there is one, and padding is for robots without.
     """
 
     __slots__ = ("_checker", "_fixed", "_links", "_variables")

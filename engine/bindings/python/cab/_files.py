@@ -115,6 +115,8 @@ class Robot:
     packages             folders by name, for package:// paths of meshes.
     srdf                 an SRDF file, whose disabled pairs of links are ignored pairs of the body.
     leave_out_missing    whether a shape is left out whose mesh file is not there. Default: the robot is refused.
+    shapes               what meshes become: "hulls" (default), convex ones, or "surface": their triangles. These have
+                         no inside, no depths and no distances, and are not padded (docs/robots.md).
 
     Files are read in child processes with limits. A bad one is a `FileError` that names file, line or element and
     reason.
@@ -129,10 +131,15 @@ class Robot:
         packages: Optional[Dict[str, PathLike]] = None,
         srdf: Optional[PathLike] = None,
         leave_out_missing: bool = False,
+        shapes: Literal["hulls", "surface"] = "hulls",
     ) -> None:
         _need_files()
+        if shapes not in ("hulls", "surface"):
+            raise ValueError(f"shapes is 'hulls' or 'surface', not {shapes!r}")
         folders = [(os.fsencode(name), os.fsencode(folder)) for name, folder in (packages or {}).items()]
-        self._data = _cab.load_robot(os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing)
+        self._data = _cab.load_robot(
+            os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing, shapes == "surface"
+        )
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
         self._lock = threading.RLock()  # of what calls write into _data, and of _checker

@@ -504,3 +504,47 @@ def test_points_are_balls_of_their_radius(arm):
     with pytest.raises(ValueError, match=r"points: .*\(n, 3\)"):
         checker.add_points([[0, 0]], 0.1)
     assert np.array_equal(checker.hits(states, depths=True), hits)
+
+
+# The base is two plates at x = 0 and x = 4, whose hull fills the gap. A bar slides along x through it.
+TWO_PLATES = "v 0 -1 -1\nv 0 1 -1\nv 0 0 1\nv 4 -1 -1\nv 4 1 -1\nv 4 0 1\nf 1 2 3\nf 4 5 6\n"
+BAR = "v -1 0 0\nv 1 0 0.1\nv 1 0.1 0\nf 1 2 3\n"
+SLIDE = """<robot name="slide">
+  <link name="base"><collision><geometry><mesh filename="two.obj"/></geometry></collision></link>
+  <link name="bar"><collision><geometry><mesh filename="bar.obj"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="base"/><child link="bar"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="10" effort="1" velocity="1"/></joint>
+</robot>
+"""
+
+
+def test_a_robot_of_surfaces_leaves_gaps_free_and_refuses_depths_and_padding(tmp_path):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    (tmp_path / "slide.urdf").write_text(SLIDE)
+    (tmp_path / "two.obj").write_text(TWO_PLATES)
+    (tmp_path / "bar.obj").write_text(BAR)
+    states = [[0], [2], [3.5], [5.5]]
+    hulls = cab.Robot(tmp_path / "slide.urdf")
+    robot = cab.Robot(tmp_path / "slide.urdf", shapes="surface")
+    assert not hulls.body.is_surface and robot.body.is_surface
+    assert "surface: 3 triangles in 2 leaves of 2 links, 3 parts, 3 of them open (9 edges)" in robot.notes
+    none = np.empty((0, 2), "u4")
+    solid = cab.CollisionChecker(hulls, ignored=none)
+    checker = cab.CollisionChecker(robot, ignored=none)
+    assert solid.collides(states).tolist() == [True, True, True, False]
+    assert checker.collides(states).tolist() == [True, False, True, False]
+    assert checker.hits(states)[["state", "link_a", "link_b"]].tolist() == [(0, 0, 1), (2, 0, 1)]
+    ways = checker.edges([[1.5], [1.5]], [[2.5], [5.5]], first=True)
+    assert ways["free"].tolist() == [True, False]
+    assert ways["colliding"][1] and abs(1.5 + 4 * ways["moment"][1] - 3) < 0.01  # its tip meets the second plate
+    gate = cab.Body.from_boxes([-1], [[0.1, 1, 1]])
+    checker.add_fixed(gate, [[0, 0, 0, 1, 2, 0, 0]])
+    assert checker.collides(states).tolist() == [True, True, True, False]
+    for refused in (lambda: checker.hits(states, depths=True), lambda: checker.distances(states)):
+        with pytest.raises(cab.Error, match="triangles have no depth and no distance; take a robot of hulls"):
+            refused()
+    with pytest.raises(cab.Error, match="triangles are not padded; take a robot of hulls"):
+        cab.CollisionChecker(robot, ignored=none, padding=0.1)
+    with pytest.raises(ValueError, match="shapes is 'hulls' or 'surface', not 'mesh'"):
+        cab.Robot(tmp_path / "slide.urdf", shapes="mesh")

@@ -360,6 +360,41 @@ TEST_CASE("padding counts against what stands around, for all links or for one, 
   CHECK(recorded_hits(recording, 3) == static_cast<std::size_t>(rows));
 }
 
+TEST_CASE("surfaces leave out what hulls touch in a gap of a mesh, also of what stands around") {
+  // The base is two plates at x = 0 and x = 4, whose hull fills the gap. A plate slides along x through it.
+  const TemporaryFolder folder;
+  const std::string file = folder / "r.urdf", out = folder / "out.json", states = folder / "states.csv";
+  write_text(folder / "two.obj", "v 0 -1 -1\nv 0 1 -1\nv 0 0 1\nv 4 -1 -1\nv 4 1 -1\nv 4 0 1\nf 1 2 3\nf 4 5 6\n");
+  write_text(folder / "bar.obj", "v -1 0 0\nv 1 0 0.1\nv 1 0.1 0\nf 1 2 3\n");
+  write_text(file, "<robot name='r'>" + link("base", "<mesh filename='two.obj'/>") +
+                       link("bar", "<mesh filename='bar.obj'/>") + joint("prismatic", "base", "bar", "0 0 0") +
+                       "</robot>");
+  write_text(folder / "cell.urdf",
+             "<robot name='cell'><link name='gate'><collision><origin xyz='6 0 0'/><geometry><mesh filename='two.obj'/>"
+             "</geometry></collision></link></robot>");
+  const std::string all = "<robot name='r'/>",
+                    none = "<robot name='r'><disable_collisions link1='base' link2='bar' reason='x'/></robot>";
+  write_text(states, "bar_joint\n0\n0.5\n2\n3.5\n4.5\n5.5\n8\n");
+  const auto colliding = [&](const std::string& shapes, const std::string& srdf, const Words& more) {
+    write_text(folder / "r.srdf", srdf);
+    Words words = {file, "--shapes", shapes, "--srdf", folder / "r.srdf", "--states", states, "--json", out};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run_command("robot", words);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    const Json json = Json::parse(read_text(out));
+    CHECK(json["policies"]["exact"] == (shapes == "hulls" ? "convex" : "surface"));
+    return json[json.contains("states_in_collision") ? "states_in_collision" : "states_in_self_collision"].get<int>();
+  };
+  CHECK(colliding("hulls", all, {}) == 5);
+  CHECK(colliding("surface", all, {}) == 4);
+  CHECK(colliding("surface", all, {"--margin", "0.45"}) == 4);
+  CHECK(colliding("surface", all, {"--margin", "0.55"}) == 5);
+  CHECK(colliding("surface", all, {"--threads", "2", "--isa", "scalar"}) == 4);
+  CHECK(colliding("hulls", none, {"--around", folder / "cell.urdf"}) == 2);
+  CHECK(colliding("surface", none, {"--around", folder / "cell.urdf"}) == 1);
+}
+
 TEST_CASE("wrong use of cab robot is told") {
   const KnownRobot known;
   const std::vector<std::pair<Words, std::string>> wrong = {
@@ -385,6 +420,11 @@ TEST_CASE("wrong use of cab robot is told") {
       {{known.file, "--around", known.file, "--padding", "mid=1"}, "--padding: the link 'mid' has no shape"},
       {{known.file, "--around", known.file, "--padding", "1,2"}, "--padding: a length for all links is given twice"},
       {{known.file, "--around", known.file, "--padding", "base=1,base=2"}, "--padding: 'base' is given twice"},
+      {{known.file, "--shapes", "boxes"}, "--shapes: 'boxes' is not hulls or surface"},
+      {{known.file, "--shapes", "surface", "--exact", "convex"}, "--shapes surface: the exact tests convex and fcl"},
+      {{known.file, "--shapes", "surface", "--distance", "base,ring"}, "--distance: triangles have no depth"},
+      {{known.file, "--shapes", "surface", "--around", known.file, "--padding", "1"}, "--padding: triangles are not"},
+      {{known.file, "--shapes", "surface", "--record", "x.cab"}, "--record: surfaces are not recorded yet"},
   };
   for (const auto& [words, told] : wrong) {
     const Outcome outcome = run_command("robot", words);
