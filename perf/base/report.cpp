@@ -13,13 +13,12 @@
 #include <nlohmann/json.hpp>
 
 #include "perf/base/option_values.h"
+#include "perf/base/progress_line.h"
 #include "perf/base/signals.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
 namespace {
-
-constexpr std::uint64_t kBarWidth = 30;
 
 template <class... Arguments>
 std::string number_text(Arguments... arguments) {
@@ -100,14 +99,10 @@ ProgressBar::ProgressBar(std::string label, std::uint64_t total)
     : label_(std::move(label)),
       total_(total),
       start_(std::chrono::steady_clock::now()),
-      on_(total > 0 && isatty(STDERR_FILENO) == 1) {
-  if (!on_) return;
-  clear_line_at_signals(true);
-  draw();
-}
+      on_(total > 0 && isatty(STDERR_FILENO) == 1) {}
 
 ProgressBar::~ProgressBar() {
-  if (!on_) return;
+  if (drawn_at_ == 0) return;
   std::fputs("\r\033[K", stderr);
   clear_line_at_signals(false);
 }
@@ -125,12 +120,12 @@ double ProgressBar::seconds_passed() const {
 }
 
 void ProgressBar::draw() {
-  drawn_at_ = seconds_passed();
-  const std::uint64_t filled = kBarWidth * done_ / total_;
-  const std::string bar = std::string(filled, '#') + std::string(kBarWidth - filled, '.');
-  const std::string left = time_left(done_, total_, drawn_at_);
-  std::fprintf(stderr, "\r\033[K%s [%s] %d %%%s%s", label_.c_str(), bar.c_str(), static_cast<int>(100 * done_ / total_),
-               left.empty() ? "" : ", ", left.c_str());
+  const double seconds = seconds_passed();
+  const std::string line = progress_line(label_, done_, total_, seconds);
+  if (line.empty()) return;
+  drawn_at_ = seconds;
+  clear_line_at_signals(true);
+  std::fprintf(stderr, "\r\033[K%s", line.c_str());
   std::fflush(stderr);
 }
 

@@ -17,6 +17,7 @@ struct RecordFileOptions {
   std::string path;  // empty: none is written
   bool compress = false;
   float pose_step = 0;
+  bool is_aside = false;  // another command reads it and removes it: nothing is told about it
 };
 
 // Adds `option` FILE.cab, --compress and --pose-step.

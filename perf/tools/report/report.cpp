@@ -190,7 +190,7 @@ bool print_problems(const ReportOptions& options, const std::vector<ReportFile>&
     }
     if (file.is_open && !file.has_depths && options.min_depth)
       tell("note", file.path + " has no depths, so --min-depth leaves nothing of it; " +
-                       (file.has_triangles ? "triangles have none" : "record it with --contacts"));
+                       (file.has_triangles ? "triangles have none" : "record it with an exact test"));
   }
   return is_bad;
 }

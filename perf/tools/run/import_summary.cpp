@@ -5,6 +5,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 
 #include "scenes/import/printable.h"
 
@@ -19,11 +20,18 @@ struct KindName {
   AlterationKind kind;
   const char* name;
 };
-constexpr std::array<KindName, 4> kKinds = {{{AlterationKind::kDropped, "dropped"},
-                                             {AlterationKind::kMerged, "merged"},
+// By weight: what is guessed may be wrong, what is merged changes least.
+constexpr std::array<KindName, 4> kKinds = {{{AlterationKind::kGuessed, "guessed"},
+                                             {AlterationKind::kDropped, "dropped"},
                                              {AlterationKind::kResampled, "resampled"},
-                                             {AlterationKind::kGuessed, "guessed"}}};
-constexpr const char* kMasked = "masked";
+                                             {AlterationKind::kMerged, "merged"}}};
+constexpr const char* kWarning = ": warning: ";  // between a character's name and a note that is one
+
+// A note that is a warning, without that word at its place.
+std::string without_warning(const std::string& note, std::size_t at) {
+  constexpr std::size_t kWordSize = std::string_view(": warning").size();
+  return note.substr(0, at) + note.substr(at + kWordSize);
+}
 
 bool is_told(const scenes::ImportReport& report, const std::string& note) {
   // A guessed unit changes every length, so its note is printed too.
@@ -31,10 +39,9 @@ bool is_told(const scenes::ImportReport& report, const std::string& note) {
     return alteration.note == note && alteration.what != scenes::kGuessedUnits;
   };
   const auto doubts = [&](const std::string& doubt) {
-    // A doubt is a note too, behind the character's name, which may be any text, and the word warning.
-    const std::string warning = ": warning";
-    for (std::size_t at = note.find(warning); at != std::string::npos; at = note.find(warning, at + 1))
-      if (doubt == note.substr(0, at) + note.substr(at + warning.size())) return true;
+    // A doubt is a note too, behind the character's name, which may be any text.
+    for (std::size_t at = note.find(kWarning); at != std::string::npos; at = note.find(kWarning, at + 1))
+      if (doubt == without_warning(note, at)) return true;
     return false;
   };
   return std::any_of(report.alterations.begin(), report.alterations.end(), counts) ||
@@ -52,27 +59,48 @@ Json import_json(const scenes::ImportReport& report, const MaskedPairs& pairs) {
       count = (count.is_null() ? 0 : count.get<std::uint64_t>()) + alteration.count;
     }
   }
-  if (pairs.all > 0) json[kMasked] = {{"pairs of links", pairs.masked}};
+  if (pairs.all > 0) json["masked"] = {{"pairs of links", pairs.masked}};
   return json;
 }
 
-void print_import(const scenes::Scene& scene, const scenes::ImportReport& report, const MaskedPairs& pairs,
-                  std::ostream& out) {
+void print_notes(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out) {
   for (const std::string& doubt : report.size_doubts) out << "warning: " << scenes::printable(doubt) << '\n';
-  for (const std::string& note : scene.notes)
-    if (!is_told(report, note)) out << "note: " << scenes::printable(note) << '\n';
-  const Json json = import_json(report, pairs);
-  for (const auto& [kind, counts] : json.items()) {
-    out << "note: " << kind << ": ";
-    bool is_first = true;
-    for (const auto& [what, count] : counts.items()) {
-      out << (is_first ? "" : ", ") << count.get<std::uint64_t>() << ' ';
-      if (kind == kMasked) out << "of " << pairs.all << ' ';
-      out << what;
-      is_first = false;
-    }
-    out << '\n';
+  std::vector<std::string> guesses, others;
+  for (const std::string& note : scene.notes) {
+    if (is_told(report, note)) continue;
+    const auto warns = [&](const scenes::Character& character) {
+      return note.rfind(character.name + kWarning, 0) == 0;
+    };
+    const auto character = std::find_if(scene.characters.begin(), scene.characters.end(), warns);
+    const auto is_of = [&](const Alteration& alteration) { return alteration.note == note; };
+    if (character != scene.characters.end())
+      out << "warning: " << scenes::printable(without_warning(note, character->name.size())) << '\n';
+    else if (std::any_of(report.alterations.begin(), report.alterations.end(), is_of))
+      guesses.push_back(note);
+    else
+      others.push_back(note);
   }
+  if (quiet) return;
+  for (const std::vector<std::string>* const notes : {&guesses, &others})
+    for (const std::string& note : *notes) out << "note: " << scenes::printable(note) << '\n';
+}
+
+std::vector<std::string> alteration_lines(const scenes::ImportReport& report) {
+  std::vector<std::string> lines;
+  const Json json = import_json(report, {});
+  for (const auto& [kind, counts] : json.items()) {
+    std::string line = kind + ":";
+    for (const auto& [what, count] : counts.items())
+      line += (line.back() == ':' ? " " : ", ") + std::to_string(count.get<std::uint64_t>()) + " " + what;
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+void print_import(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out) {
+  print_notes(scene, report, quiet, out);
+  if (quiet) return;
+  for (const std::string& line : alteration_lines(report)) out << "note: " << line << '\n';
 }
 
 void print_size_doubts(const scenes::ImportReport& report, std::ostream& out) {

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <nlohmann/json_fwd.hpp>
 #include <ostream>
+#include <string>
+#include <vector>
 
 #include "scenes/import/import_report.h"
 #include "scenes/scene.h"
@@ -16,12 +18,16 @@ struct MaskedPairs {
   std::size_t all = 0;
 };
 
-// Prints doubts about sizes, notes that nothing counts, and one line for each kind of alteration with its counts over
-// all files. Pairs are left out if there are none.
-void print_import(const scenes::Scene& scene, const scenes::ImportReport& report, const MaskedPairs& pairs,
-                  std::ostream& out);
+// Prints warnings and, unless `quiet`, notes that nothing counts: those of guesses first.
+void print_notes(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out);
 
-// The counts: an object of what was altered for each kind.
+// One line for each kind of alteration with its counts over all files, such as "guessed: 2 length units".
+std::vector<std::string> alteration_lines(const scenes::ImportReport& report);
+
+// Both, the lines as notes.
+void print_import(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out);
+
+// The counts: an object of what was altered for each kind. Pairs are left out if there are none.
 nlohmann::ordered_json import_json(const scenes::ImportReport& report, const MaskedPairs& pairs);
 
 // The last word where sizes are doubtful: whether anything touches says little then. Nothing if they are not.

@@ -1,7 +1,10 @@
-// `cab inspect`: writes one frame of one file, with everything that a person needs to check the engine by hand.
+// `cab inspect`: says what cab makes of one file, and writes one frame of it with everything that a person needs to
+// check the engine by hand.
 #include <cab/cab.h>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -19,6 +22,7 @@
 #include "perf/tools/run/options.h"
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
+#include "scenes/import/unit.h"
 
 namespace cab::perf {
 namespace {
@@ -158,12 +162,41 @@ MaskedPairs masked_pairs(const scenes::Character& character) {
   return {character.ignored_pairs.size(), links * (links - 1) / 2};
 }
 
+// How tall a figure is, in words; empty if it has no bones. Bodies of a mesh say nothing of it.
+std::string height_words(const scenes::SkeletonBodies& bodies, char up) {
+  const double height = bodies.bodies.empty() ? 0 : scenes::height_of(bodies, up);
+  return height > 0 ? ", " + fixed(height, 2) + " m tall" : std::string();
+}
+
+// What a person wants to know of a file, a line for each, without its bodies.
+void print_summary(const InspectOptions& options, const scenes::Skeleton& skeleton, const scenes::Scene& scene,
+                   const scenes::ImportReport& report, const scenes::SkeletonBodies& bodies, const MaskedPairs& pairs) {
+  const scenes::Character& character = scene.characters.front();
+  const auto ends = std::count(skeleton.is_end_site.begin(), skeleton.is_end_site.end(), true);
+  std::cout << scenes::printable(character.name) << ": "
+            << static_cast<std::ptrdiff_t>(skeleton.joint_names.size()) - ends << " joints, ";
+  if (character.is_static)
+    std::cout << "no motion";
+  else
+    std::cout << scene.frame_count << " frames, " << fixed(scene.frame_count * scene.frame_seconds, 1) << " s at "
+              << scenes::digits(1 / scene.frame_seconds, 4) << " per second";
+  std::cout << height_words(bodies, options.up) << '\n';
+  const scenes::LengthUnit& unit = report.units.front();
+  std::cout << "unit: " << scenes::digits(unit.metres, 4) << " m (" << to_string(unit.source) << ")\n";
+  std::cout << "bodies: " << character.leaves.size() << " leaf boxes on " << character.link_parents.size()
+            << " links\n";
+  std::cout << "masked: " << pairs.masked << " of " << pairs.all << " pairs of links, which share a joint\n";
+  for (const std::string& line : alteration_lines(report)) std::cout << scenes::printable(line) << '\n';
+}
+
 }  // namespace
 
 int inspect_command(const InspectOptions& options) {
-  if (options.skin && (options.prints_bodies || !options.bodies_path.empty() || !options.write_bodies_path.empty()))
+  if (options.skin && (!options.bodies_path.empty() || !options.write_bodies_path.empty()))
     throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin or surface");
   if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
+  if (options.names_frame && !options.writes_json && options.obj_path.empty())
+    throw UsageError("--frame: needs --json or --obj, which write a frame");
   const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
   check_outputs(
       {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},
@@ -190,22 +223,28 @@ int inspect_command(const InspectOptions& options) {
   scenes::ImportReport report;
   const scenes::Scene scene = scenes::make_world(std::move(clips), &report);
   const MaskedPairs pairs = masked_pairs(scene.characters.front());
-  print_import(scene, report, pairs, std::cerr);
+  const bool prints_summary = !options.writes_json || output;  // else the JSON is what is printed
+  print_notes(scene, report, false, std::cerr);
   const std::uint32_t frame = options.frame.value_or(scene.frame_count - 1);
   if (frame >= scene.frame_count)
     throw UsageError("--frame: the file has frames 0 to " + std::to_string(scene.frame_count - 1) + ", not " +
                      std::to_string(frame));
   if (bodies_file) write_json(bodies_file, bodies_json(skeleton, bodies));
-  if (options.prints_bodies) print_bodies(skeleton, bodies, std::cout);
-  if (!output && !obj && (options.prints_bodies || bodies_file)) return 0;
+  if (prints_summary) {
+    print_summary(options, skeleton, scene, report, bodies, pairs);
+    if (!options.skin) print_bodies(skeleton, bodies, std::cout);
+  }
+  if (!options.writes_json && !obj) return 0;
 
   const scenes::Character& character = scene.characters.front();
-  EngineSession session(scene, {options.isa, 1, {frame, frame + 1}, false});
-  const CharacterBoxes boxes = session.boxes(0, options.policies);
   Vec3 origin = {};
   if (!character.origins.empty())
     for (std::size_t k = 0; k < 3; ++k) origin[k] = character.origins[std::size_t{frame} * 3 + k];
+  if (obj) write_obj(obj, skeleton, character, frame, origin);
+  if (!options.writes_json) return 0;
 
+  EngineSession session(scene, {options.isa, 1, {frame, frame + 1}, false});
+  const CharacterBoxes boxes = session.boxes(0, options.policies);
   Json json;
   json["cab_version"] = CAB_VERSION_STRING;
   json["file"] = options.file;
@@ -234,16 +273,12 @@ int inspect_command(const InspectOptions& options) {
   json["size_doubts"] = report.size_doubts;
   json["notes"] = scene.notes;
 
-  if (obj) write_obj(obj, skeleton, character, frame, origin);
   if (!output) {
     std::istringstream lines(to_text(json));
     for (std::string line; std::getline(lines, line);) std::cout << scenes::printable(line) << '\n';
     return 0;
   }
   write_json(output, json);
-  std::cout << scenes::printable(options.json_path) << ": " << skeleton.joint_names.size() << " joints, "
-            << character.link_parents.size() << " links, " << character.leaves.size() << " leaf boxes, "
-            << boxes.steps.size() << " merges in frame " << frame << '\n';
   return 0;
 }
 

@@ -119,36 +119,43 @@ CLI::Option* add_world(CLI::App& command, WorldOptions& world, const std::string
   return files;
 }
 
+void add_run_of_files(CLI::App& command, RunOptions& run, const std::string& meaning) {
+  run.policies.exact = Exact::kConvex;
+  run.world.ignored_hops = kDefaultHops;
+  add_world(command, run.world, meaning)->required();
+  add_read(command, "--frames", "A:B", run.frames, "only frames A to B - 1, counted from 0", read_frame_range);
+  CLI::Option* self =
+      command.add_flag("--self", run.within, "also test the links of each character against each other");
+  add_number(command, "--hops", run.world.ignored_hops,
+             "leave out links that are at most N joints apart (default " + std::to_string(kDefaultHops) +
+                 "); 0: only those that share a joint",
+             0, kMaxLinks)
+      ->needs(self);
+  command.add_option("--rest-frame", run.world.rest_frame, "leave out links whose boxes touch in frame F, from 0")
+      ->type_name("F")
+      ->needs(self);
+  command.add_flag("--quiet", run.quiet, "print no notes about the files, only warnings");
+}
+
 Command add_run(CLI::App& app) {
   auto options = std::make_shared<RunOptions>();
   RunOptions& o = *options;
   CLI::App& command = *app.add_subcommand("run", "find touching links in motion files, frame by frame");
-  add_world(command, o.world, "motion files, one character each")->required();
-  add_read(command, "--frames", "A:B", o.frames, "only frames A to B - 1, counted from 0", read_frame_range);
+  add_run_of_files(command, o, "motion files, one character each");
   add_policies(command, o.policies);
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
-  CLI::Option* self =
-      command.add_flag("--self", o.within,
-                       "also test the links of each character against each other, and list the pairs that are masked");
-  add_number(command, "--hops", o.world.ignored_hops, "mask links that are at most N joints apart", 1, kMaxLinks)
-      ->needs(self);
-  command.add_option("--rest-frame", o.world.rest_frame, "mask links whose boxes touch in frame F, counted from 0")
-      ->type_name("F")
-      ->needs(self);
-  command.add_flag("--contacts", o.contacts,
-                   "also the normal and depth of each hit, by the exact test; without --exact that is convex");
-  add_read(command, "--min-depth", "METRES", o.min_depth,
-           "leave out hits that are less deep, by the exact test; without --exact that is convex", read_positive);
-  add_json(command, o.json_path, "write the table as JSON");
-  add_path(command, "--hits", o.hits_path, "write every hit as CSV")->type_name("OUT.csv");
+  add_read(command, "--min-depth", "METRES", o.min_depth, "leave out hits that are less deep", read_positive);
+  command.add_flag("--stats", o.stats, "also print what the engine counted and timed");
+  add_json(command, o.json_path, "write all pairs, counts and times as JSON");
+  add_path(command, "--hits", o.hits_path, "write every hit as CSV, with its second, depth, normal and point")
+      ->type_name("OUT.csv");
   add_record_file(command, "--record", o.recording, "write a recording, to replay and to look at");
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
-            const bool asks = options->contacts || options->min_depth > 0;
+            // A preset says nothing about exact tests.
             const bool has_surface = options->world.skin && options->world.skin->surface;
-            if (exact->count() == 0 && has_surface) options->policies.exact = Exact::kSurface;
-            if (exact->count() == 0 && asks) options->policies.exact = Exact::kConvex;
+            if (exact->count() == 0) options->policies.exact = has_surface ? Exact::kSurface : Exact::kConvex;
             return run_command(*options);
           }};
 }
@@ -156,11 +163,16 @@ Command add_run(CLI::App& app) {
 Command add_inspect(CLI::App& app) {
   auto options = std::make_shared<InspectOptions>();
   InspectOptions& o = *options;
-  CLI::App& command = *app.add_subcommand(
-      "inspect", "dump one frame of a file as JSON: joints, links, leaf boxes, merges, inner boxes");
+  CLI::App& command =
+      *app.add_subcommand("inspect", "say what a file becomes: joints, bodies, what is masked, merged and guessed");
   add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
-  add_read(command, "--frame", "K|last", o.frame, "frame, counted from 0 (default 0)", read_frame);
-  add_json(command, o.json_path, "file to write; without it the JSON goes to standard output");
+  CLI::Option* frame = add_read(command, "--frame", "K|last", o.frame,
+                                "frame of --json and --obj, counted from 0 (default 0)", read_frame);
+  CLI::Option* json =
+      add_path(command, "--json", o.json_path,
+               "write the joints, links, leaf boxes, merges and inner boxes of a frame as JSON; without a file to "
+               "standard output, in the place of the summary");
+  json->type_name("[OUT]")->expected(0, 1);
   add_read(command, "--offset", "X,Y,Z", o.offset, "metres to move the character", read_offset);
   add_read(command, "--units", "METRES_PER_UNIT", o.metres_per_unit, kUnitMeaning, read_unit);
   add_fps(command, o.frames_per_second);
@@ -172,16 +184,15 @@ Command add_inspect(CLI::App& app) {
   add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
       ->type_name("OUT.obj");
   add_body_options(command, o.bodies);
-  CLI::Option* bodies = command.add_option("--bodies", o.bodies_path,
-                                           "a table of all bodies instead of the frame; with a file, as changed by it");
-  bodies->type_name("[FILE.json]")->expected(0, 1);
+  add_path(command, "--bodies", o.bodies_path, "changes of bodies")->type_name("FILE.json");
   add_path(command, "--write-bodies", o.write_bodies_path,
            "write all bodies as JSON, to change and to give to --bodies")
       ->type_name("OUT.json");
   add_policy(command, policy_row("refit"), o.policies);
   add_isa(command, o.isa);
-  return {&command, [options, bodies] {
-            options->prints_bodies = bodies->count() > 0;
+  return {&command, [options, frame, json] {
+            options->names_frame = frame->count() > 0;
+            options->writes_json = json->count() > 0;
             return inspect_command(*options);
           }};
 }

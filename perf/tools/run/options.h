@@ -15,6 +15,9 @@
 
 namespace cab::perf {
 
+// Links of one character at most so many joints apart are not tested against each other, unless --hops says otherwise.
+inline constexpr std::uint32_t kDefaultHops = 2;
+
 struct RunOptions {
   WorldOptions world;
   std::optional<FrameRange> frames;  // empty: all frames
@@ -23,11 +26,15 @@ struct RunOptions {
   std::uint32_t thread_count = 1;  // 0: every core
   bool within = false;             // also the links of one character against each other
   float min_depth = 0;             // metres; hits that are less deep are left out
-  bool contacts = false;           // also the normal and depth of each hit
+  bool stats = false;              // also what the engine counted and timed
+  bool quiet = false;              // no notes, but warnings
   std::string json_path;           // empty: no file
   std::string hits_path;           // empty: no file
   RecordFileOptions recording;     // of the same frames
 };
+// Adds FILE..., the options that turn files into a world, and which frames and pairs of links are tested; sets what
+// holds without them.
+void add_run_of_files(CLI::App& command, RunOptions& run, const std::string& meaning);
 Command add_run(CLI::App& app);
 int run_command(const RunOptions& options);
 
@@ -44,12 +51,13 @@ struct InspectOptions {
   std::optional<scenes::SkinOptions> skin;
   std::string obj_path;  // empty: no file
   scenes::BodyOptions bodies;
-  bool prints_bodies = false;     // the table of bodies instead of the frame
+  bool names_frame = false;       // whether `frame` is from the command line
+  bool writes_json = false;       // the frame as JSON
   std::string bodies_path;        // changes of bodies; empty: none
   std::string write_bodies_path;  // empty: no file
   Policies policies;
   Isa isa = Isa::kAuto;
-  std::string json_path;  // empty: standard output
+  std::string json_path;  // empty: with writes_json standard output
 
   // The file is read in a child process with these limits; empty: in this process.
   std::optional<scenes::SandboxLimits> sandbox = scenes::kImportSandbox;

@@ -1,10 +1,12 @@
 // `cab run`: finds which links of motion files in one world touch in which frame.
 #include <cab/cab.h>
 
-#include <algorithm>
+#include <array>
 #include <iostream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "perf/base/engine_session.h"
 #include "perf/base/mask_words.h"
@@ -14,6 +16,7 @@
 #include "perf/tools/replay/recorded_engine.h"
 #include "perf/tools/run/import_summary.h"
 #include "perf/tools/run/options.h"
+#include "perf/tools/run/touching_pairs.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
@@ -26,17 +29,20 @@ struct RunTotals {
   FrameStats stats;
   std::uint64_t hits = 0;
   std::uint64_t frames_with_hits = 0;
-  float deepest = 0;  // metres, if contacts were asked for
+  std::vector<TouchingPair> pairs;  // the worst first
 };
+
+// Whether the exact test gives the normal, depth and points of each hit.
+bool gives_contacts(const RunOptions& options) {
+  return options.policies.exact == Exact::kConvex || options.policies.exact == Exact::kFcl;
+}
 
 // Throws UsageError for options that contradict each other.
 void check(const RunOptions& options) {
   check_files(options.world);
-  if (options.policies.exact == Exact::kNone && (options.contacts || options.min_depth > 0))
-    throw UsageError(std::string(options.contacts ? "--contacts" : "--min-depth") +
-                     ": boxes alone have no normal and depth; leave out --exact none");
-  const bool needs_solids = options.contacts || options.min_depth > 0;
-  check_exact(options.world, needs_solids ? Exact::kConvex : options.policies.exact);
+  if (options.policies.exact == Exact::kNone && options.min_depth > 0)
+    throw UsageError("--min-depth: boxes alone have no depth; leave out --exact none");
+  check_exact(options.world, options.min_depth > 0 ? Exact::kConvex : options.policies.exact);
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 input_paths(options.world));
 }
@@ -51,33 +57,37 @@ FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) 
 }
 
 void write_hits_header(std::ostream& out, bool contacts) {
-  out << "frame,character_a,link_a,character_b,link_b";
-  if (contacts) out << ",depth_metres,normal_x,normal_y,normal_z";
+  out << "frame,character_a,link_a,character_b,link_b,seconds";
+  if (contacts) out << ",depth_metres,normal_x,normal_y,normal_z,point_x,point_y,point_z";
   out << '\n';
 }
 
-// Writes a hit as a CSV line. Fields of a contact that the exact test could not give stay empty.
+// Writes a hit as a CSV line. The point, in the world, is half way between the two deepest ones. Fields of a contact
+// that the exact test could not give stay empty.
 void write_hit(std::ostream& out, const scenes::Scene& scene, const Touch& touch, bool contacts) {
   const scenes::Character& a = scene.characters[touch.character_a];
   const scenes::Character& b = scene.characters[touch.character_b];
   out << touch.frame << ',' << csv_field(a.name) << ',' << csv_field(a.link_names[touch.link_a]) << ','
-      << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]);
-  const float* const normal = touch.contact.normal;
-  const bool given = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
-  if (contacts && !given) out << ",,,,";
-  if (contacts && given) {
-    out << ',' << shortest(touch.contact.depth);
-    for (const float component : touch.contact.normal) out << ',' << shortest(component);
+      << csv_field(b.name) << ',' << csv_field(b.link_names[touch.link_b]) << ','
+      << shortest(touch.frame * scene.frame_seconds);
+  if (contacts && !has_contact(touch)) out << ",,,,,,,";
+  if (contacts && has_contact(touch)) {
+    const Contact& contact = touch.contact;
+    out << ',' << shortest(contact.depth);
+    for (const float component : contact.normal) out << ',' << shortest(component);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double origin = a.origins.empty() ? 0 : a.origins[std::size_t{touch.frame} * 3 + k];
+      const double middle = (static_cast<double>(contact.point_a[k]) + static_cast<double>(contact.point_b[k])) / 2;
+      out << ',' << shortest(origin + middle);
+    }
   }
   out << '\n';
 }
 
 void count_touches(RunTotals& totals, const std::vector<Touch>& touches) {
   totals.hits += touches.size();
-  for (std::size_t t = 0; t < touches.size(); ++t) {
+  for (std::size_t t = 0; t < touches.size(); ++t)
     if (t == 0 || touches[t].frame != touches[t - 1].frame) ++totals.frames_with_hits;
-    totals.deepest = std::max(totals.deepest, touches[t].contact.depth);
-  }
 }
 
 std::size_t count_links(const scenes::Scene& scene) {
@@ -86,10 +96,12 @@ std::size_t count_links(const scenes::Scene& scene) {
   return links;
 }
 
-void print_table(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
+// Prints what the engine counted and timed.
+void print_stats(const RunOptions& options, const scenes::Scene& scene, const EngineSession& session,
                  const RunTotals& totals, FrameRange frames) {
   const FrameStats& stats = totals.stats;
   const bool exact = options.policies.exact != Exact::kNone;
+  std::cout << '\n';
   TextTable table;
   table.add_row({"characters", std::to_string(scene.characters.size())});
   table.add_row({"links", std::to_string(count_links(scene))});
@@ -99,8 +111,6 @@ void print_table(const RunOptions& options, const scenes::Scene& scene, const En
   table.add_row({"#coll", std::to_string(stats.leaf_pairs)});
   table.add_row({"#false", exact ? std::to_string(stats.false_positives) : "-"});
   table.add_row({"hits", std::to_string(totals.hits)});
-  if (options.min_depth > 0) table.add_row({"least depth", fixed(static_cast<double>(options.min_depth), 5), "m"});
-  if (options.contacts) table.add_row({"deepest contact", fixed(static_cast<double>(totals.deepest), 5), "m"});
   if (stats.instances_masked > 0) table.add_row({"masked instances", std::to_string(stats.instances_masked)});
   table.add_row({"t[upd]", fixed(stats.seconds_update, 5), "s"});
   table.add_row({"t[test]", fixed(stats.seconds_test, 5), "s"});
@@ -126,7 +136,7 @@ void warn_of_masked(const scenes::Scene& scene, const EngineSession& session, co
                           words_of(first->reason, character.link_names));
 }
 
-// The name that tables and files give to a reason why two links are masked.
+// The name that files give to a reason why two links are masked.
 struct ReasonName {
   IgnoredReason reason;
   const char* name;
@@ -139,27 +149,34 @@ std::size_t count_pairs(const scenes::Character& character) {
   return character.link_parents.size() * (character.link_parents.size() - 1) / 2;
 }
 
-// Prints the pairs of links that --self leaves out, one row per pair with its reasons: the links share a joint of the
-// file, are few joints apart, or touch in the rest frame.
-void print_masked(const scenes::Scene& scene, const EngineSession& session) {
-  for (std::uint32_t c = 0; c < scene.characters.size(); ++c) {
-    const scenes::Character& character = scene.characters[c];
-    const std::vector<IgnoredPair> pairs = session.ignored_pairs(c);
-    std::cout << "\nmasked within " << scenes::printable(character.name) << ": " << pairs.size() << " of "
-              << count_pairs(character) << " pairs of links (";
-    for (const ReasonName& row : kReasonNames)
-      std::cout << (&row == kReasonNames ? "" : ", ") << row.name << ' '
-                << std::count_if(pairs.begin(), pairs.end(),
-                                 [&](const IgnoredPair& pair) { return (pair.reasons & row.reason) != 0; });
-    std::cout << ")\n";
-    TextTable table;
-    for (const IgnoredPair& pair : pairs) {
-      std::vector<std::string> cells = {character.link_names[pair.a], character.link_names[pair.b]};
-      for (const ReasonName& row : kReasonNames) cells.push_back(pair.reasons & row.reason ? row.name : "-");
-      table.add_row(cells);
-    }
-    table.print(std::cout);
-  }
+// How many pairs within all characters --self leaves out for a reason, and for none of those before it.
+std::array<std::size_t, std::size(kReasonNames)> count_masked(const scenes::Scene& scene,
+                                                              const EngineSession& session) {
+  std::array<std::size_t, std::size(kReasonNames)> counts = {};
+  for (std::uint32_t c = 0; c < scene.characters.size(); ++c)
+    for (const IgnoredPair& pair : session.ignored_pairs(c))
+      for (std::size_t r = 0; r < counts.size(); ++r) {
+        if ((pair.reasons & kReasonNames[r].reason) == 0) continue;
+        ++counts[r];
+        break;
+      }
+  return counts;
+}
+
+// Says in a line how many pairs --self leaves out, and which option brings them back.
+void print_masked(const WorldOptions& world, const scenes::Scene& scene, const EngineSession& session) {
+  const auto [joint, hops, rest] = count_masked(scene, session);
+  std::size_t all = 0;
+  for (const scenes::Character& character : scene.characters) all += count_pairs(character);
+  std::cout << "left out of --self: " << joint + hops + rest << " of " << all << " pairs of links: " << joint
+            << " share a joint";
+  if (hops > 0)
+    std::cout << ", " << hops << " more are at most " << world.ignored_hops
+              << (world.ignored_hops == 1 ? " joint" : " joints") << " apart (--hops 0 brings them back)";
+  if (rest > 0)
+    std::cout << ", " << rest << " more touch in frame " << *world.rest_frame
+              << " (without --rest-frame they are back)";
+  std::cout << '\n';
 }
 
 // The pairs within all characters, if these are tested.
@@ -213,7 +230,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const scenes
   json["frame_seconds"] = scene.frame_seconds;
   json["policies"] = policies_json(options.policies);
   json["within_characters"] = options.within;
-  json["ignored_hops"] = options.world.ignored_hops;
+  if (options.within) json["ignored_hops"] = options.world.ignored_hops;
   if (options.world.rest_frame) json["rest_frame"] = *options.world.rest_frame;
   json["box_tests"] = stats.box_tests;
   json["coll"] = stats.leaf_pairs;
@@ -222,7 +239,7 @@ Json to_json(const RunOptions& options, const scenes::Scene& scene, const scenes
   json["hits"] = totals.hits;
   json["frames_with_hits"] = totals.frames_with_hits;
   if (options.min_depth > 0) json["min_depth_metres"] = options.min_depth;
-  if (options.contacts) json["deepest_contact_metres"] = totals.deepest;
+  json["pairs"] = pairs_json(scene, totals.pairs);
   json["instances_masked"] = stats.instances_masked;
   json["update_thread_seconds"] = stats.seconds_update;
   json["test_thread_seconds"] = stats.seconds_test;
@@ -251,9 +268,13 @@ void write_recording(const RunOptions& options, const scenes::Scene& scene, Fram
   settings.up = scene.up;
   settings.compress = options.recording.compress;
   settings.pose_step = options.recording.pose_step;
-  ProgressBar bar("recording", frames.count());
-  const RecordTotals totals = record_scene(scene, frames, options.within, settings, [&bar] { bar.advance(1); });
-  std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
+  RecordTotals totals;
+  {
+    ProgressBar bar("recording", frames.count());
+    totals = record_scene(scene, frames, options.within, settings, [&bar] { bar.advance(1); });
+  }
+  if (!options.recording.is_aside)
+    std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
   if (totals.hits != hits)
     std::cerr << "note: with poses rounded to 16 bits there are " << totals.hits << " hits, not " << hits << '\n';
 }
@@ -266,27 +287,33 @@ int run_command(const RunOptions& options) {
   scenes::ImportReport report;
   const scenes::Scene scene = import_world(options.world, &report);
   if (scene.characters.size() == 1 && !options.within)
-    std::cerr << "note: one character has nothing to touch; give a second file or --self\n";
+    std::cerr << "warning: one character has nothing to touch; give a second file or --self\n";
   const FrameRange frames = choose_frames(options, scene);
 
-  if (hits) write_hits_header(hits.stream(), options.contacts);
+  const bool contacts = gives_contacts(options);
+  if (hits) write_hits_header(hits.stream(), contacts);
   EngineSession session(
       scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
-  print_import(scene, report, masked_pairs(scene, session, options.within), std::cerr);
+  print_import(scene, report, options.quiet, std::cerr);
   RunTotals totals;
+  TouchingPairs pairs;
   {
     ProgressBar bar("frames", frames.count());
-    totals.stats = session.run(options.policies, options.contacts, [&](const BlockResult& block) {
+    totals.stats = session.run(options.policies, contacts, [&](const BlockResult& block) {
       count_touches(totals, block.touches);
+      pairs.add(block.touches);
       if (hits)
-        for (const Touch& touch : block.touches) write_hit(hits.stream(), scene, touch, options.contacts);
+        for (const Touch& touch : block.touches) write_hit(hits.stream(), scene, touch, contacts);
       bar.advance(block.frames.count());
     });
   }
+  totals.pairs = pairs.worst_first();
   if (hits) hits.close();
-  print_table(options, scene, session, totals, frames);
+  print_pairs({scene, frames, totals.frames_with_hits, options.policies.exact, options.min_depth}, totals.pairs,
+              std::cout);
+  if (options.within) print_masked(options.world, scene, session);
+  if (options.stats) print_stats(options, scene, session, totals, frames);
   warn_of_masked(scene, session, totals.stats, frames);
-  if (options.within) print_masked(scene, session);
   if (!options.recording.path.empty()) write_recording(options, scene, frames, session, totals.hits);
   write_json(json, to_json(options, scene, report, session, totals, frames));
   print_size_doubts(report, std::cerr);

@@ -48,6 +48,21 @@ Words split(const std::string& line) {
   return fields;
 }
 
+// The frame, the characters and the links of rows of a hit file.
+Words links_of(const Words& rows) {
+  Words links;
+  for (const std::string& row : rows) {
+    std::size_t end = 0;
+    for (int field = 0; field < 5; ++field) end = row.find(',', end + 1);
+    links.push_back(row.substr(0, end));
+  }
+  return links;
+}
+
+constexpr const char* kHitColumns = "frame,character_a,link_a,character_b,link_b,seconds";
+constexpr const char* kContactColumns = ",depth_metres,normal_x,normal_y,normal_z,point_x,point_y,point_z";
+constexpr std::size_t kSeconds = 5, kDepth = 6, kNormal = 7, kPoint = 10;
+
 std::vector<Isa> available_isas() {
   std::vector<Isa> isas;
   for (std::uint8_t i = 0; i < kIsaCount; ++i)
@@ -106,15 +121,15 @@ struct Misuse {
 
 TEST_CASE("help names every option, every policy value and every instruction set") {
   const std::vector<std::pair<std::string, Words>> commands = {
-      {"run", {"--offset",      "--units",      "--up",          "--frames",
-               "--fps",         "AMC",          "BVH",           "--stature",
-               "--thickness",   "--bodies",     "--refit",       "--strategy",
-               "--exact",       "--isa",        "--threads",     "--self",
-               "--hops",        "--rest-frame", "--no-sandbox",  "--min-depth",
-               "--contacts",    "--json",       "--hits",        "FILE",
-               "--animation",   "--body",       "--kinds",       "--leaves-per-link",
-               "--inflate",     "--links",      "--least-reach", "--motion",
-               "--motion-units"}},
+      {"run", {"--offset",       "--units",      "--up",          "--frames",
+               "--fps",          "AMC",          "BVH",           "--stature",
+               "--thickness",    "--bodies",     "--refit",       "--strategy",
+               "--exact",        "--isa",        "--threads",     "--self",
+               "--hops",         "--rest-frame", "--no-sandbox",  "--min-depth",
+               "--stats",        "--json",       "--hits",        "FILE",
+               "--animation",    "--body",       "--kinds",       "--leaves-per-link",
+               "--inflate",      "--links",      "--least-reach", "--motion",
+               "--motion-units", "--quiet"}},
       {"inspect",
        {"--frame",       "K|last",      "--fps",    "--stature",     "--thickness",       "--bodies",  "--write-bodies",
         "--json",        "--units",     "--offset", "--up",          "--no-sandbox",      "--refit",   "--isa",
@@ -242,7 +257,7 @@ TEST_CASE("docs/policies.md has the tables of policies and presets, word for wor
   CHECK(found == wanted);
 }
 
-TEST_CASE("a preset sets every policy, and an option that is given overrides it on either side") {
+TEST_CASE("a preset sets every policy but exact, and an option that is given overrides it on either side") {
   const TwoFigures figures(5);
   const auto policies_of = [&](const Words& options) {
     const std::string path = figures.folder / "run.json";
@@ -256,6 +271,7 @@ TEST_CASE("a preset sets every policy, and an option that is given overrides it 
     Json expected;
     for (std::uint32_t f = 0; f < policy_table().size; ++f)
       expected[policy_table()[f].name] = policy_table()[f].values[policy_get(preset.policies, f)].name;
+    expected["exact"] = "convex";  // a preset says nothing about it
     CHECK(policies_of({"--preset", preset.name}) == expected);
     expected["refit"] = "covariance";
     expected["sat"] = "all_15";
@@ -306,18 +322,18 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--threads", "many"}, "--threads"},
       {{"run", file, "--threads", "-1"}, "--threads"},
       {{"run", file, "--threads", "100000"}, "--threads"},
-      {{"run", file, "--contacts", "--exact", "none"}, "leave out --exact none"},
       {{"run", file, "--min-depth", "0.01", "--exact", "none"}, "leave out --exact none"},
       {{"run", file, "--min-depth", "-1"}, "--min-depth"},
       {{"run", file, "--hops", "1"}, "--hops requires --self"},
       {{"run", file, "--rest-frame", "1"}, "--rest-frame requires --self"},
-      {{"run", file, "--self", "--hops", "0"}, "--hops"},
+      {{"run", file, "--self", "--hops", "-1"}, "--hops"},
       {{"run", file, "--self", "--rest-frame", "5"}, "no frame 5 among the scene's 5"},
       {{"run", file, "--self", "--rest-frame", "-1"}, "--rest-frame"},
       {{"run", file, "--hits", file}, "is an input"},
       {{"run", file, "--hits", figures.folder / "x", "--json", figures.folder / "x"}, "same file"},
       {{"inspect"}, "FILE"},
-      {{"inspect", file, "--frame", "5"}, "frames 0 to 4"},
+      {{"inspect", file, "--frame", "3"}, "--frame: needs --json or --obj"},
+      {{"inspect", file, "--frame", "5", "--json"}, "frames 0 to 4"},
       {{"inspect", file, "--frame", "x"}, "--frame"},
       {{"inspect", file, "--json", file}, "is an input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
@@ -326,9 +342,9 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--inflate", "--body", "skeleton"}, "--inflate: needs --body skin"},
       {{"inspect", file, "--kinds", "hull", "--body", "surface"}, "--kinds: needs --body skin"},
       {{"inspect", file, "--body", "mesh"}, "skeleton, skin or surface"},
-      {{"inspect", file, "--body", "surface", "--bodies"}, "not of --body skin or surface"},
+      {{"inspect", file, "--body", "surface", "--bodies", other}, "not of --body skin or surface"},
       {{"run", file, "--body", "surface", "--exact", "convex"}, "convex and fcl, and depths, are about solids"},
-      {{"run", file, "--body", "surface", "--contacts"}, "convex and fcl, and depths, are about solids"},
+      {{"run", file, "--body", "surface", "--min-depth", ".01"}, "convex and fcl, and depths, are about solids"},
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
@@ -458,9 +474,9 @@ TEST_CASE("an output that cannot be written ends in one line and exit code 1") {
 TEST_CASE("the hit list is the same for every strategy, thread count and instruction set") {
   const TwoFigures figures;
   const std::string hits = figures.hits({});
-  const Words rows = lines_of(hits);
+  const Words rows = lines_of(hits), boxes = links_of(lines_of(figures.hits({"--exact", "none"})));
   REQUIRE(rows.size() > 1);
-  CHECK(rows[0] == "frame,character_a,link_a,character_b,link_b");
+  CHECK(rows[0] == std::string(kHitColumns) + kContactColumns);
   for (const char* strategy : {"tree", "brute"}) {
     for (const char* threads : {"1", "3"})
       for (const Isa isa : available_isas()) {
@@ -471,7 +487,8 @@ TEST_CASE("the hit list is the same for every strategy, thread count and instruc
       }
     const std::string exact = figures.hits({"--strategy", strategy, "--exact", "fcl"});
     CHECK(exact == figures.hits({"--exact", "fcl", "--threads", "3", "--isa", "scalar"}));
-    for (const std::string& row : lines_of(exact)) CHECK(std::find(rows.begin(), rows.end(), row) != rows.end());
+    for (const std::string& row : links_of(lines_of(exact)))
+      CHECK(std::find(boxes.begin(), boxes.end(), row) != boxes.end());
   }
 }
 
@@ -482,8 +499,9 @@ TEST_CASE("hits are sorted by frame, name both characters and have frames withou
   bool within = false, between = false;
   for (std::size_t r = 1; r < rows.size(); ++r) {
     const Words fields = split(rows[r]);
-    REQUIRE(fields.size() == 5);
+    REQUIRE(fields.size() == kPoint + 3);
     frames.push_back(std::stol(fields[0]));
+    CHECK(std::stod(fields[kSeconds]) == doctest::Approx(0.04 * std::stod(fields[0])));
     (fields[1] == fields[3] ? within : between) = true;
     CHECK((fields[1] == "anna.bvh" || fields[1] == "bert.bvh"));
     CHECK((fields[3] == "anna.bvh" || fields[3] == "bert.bvh"));
@@ -501,10 +519,11 @@ TEST_CASE("hits are sorted by frame, name both characters and have frames withou
   CHECK(split(lines_of(text)[1])[0] != "0");
 }
 
-TEST_CASE("--self says which pairs of links are masked and why, and loses the hits of those alone") {
+TEST_CASE("--self says how many pairs of links are left out and why, and loses the hits of those alone") {
   const TwoFigures figures;
+  const Words boxes = {"--self", "--exact", "none"};  // links touch at rest by their boxes
   const auto key = [](const std::string& a, const std::string& b) { return a < b ? a + " " + b : b + " " + a; };
-  const Words plain = lines_of(figures.hits({"--self"}));
+  const Words plain = lines_of(figures.hits(boxes + Words{"--hops", "0"}));
   std::size_t lost = 0, for_rest_alone = 0, for_hops_alone = 0;
   for (const int hops : {1, 2})
     for (const int rest : {0, 7}) {
@@ -512,7 +531,7 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
       CAPTURE(rest);
       const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
       const Outcome outcome =
-          run_cab(Words{"run"} + figures.files + Words{"--self", "--hops", std::to_string(hops)} +
+          run_cab(Words{"run"} + figures.files + boxes + Words{"--hops", std::to_string(hops)} +
                   Words{"--rest-frame", std::to_string(rest), "--json", json_path, "--hits", hits_path});
       REQUIRE(outcome.exit_code == 0);
       const Json json = Json::parse(read_text(json_path));
@@ -520,6 +539,7 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
       CHECK(json["rest_frame"] == rest);
       Words expected = {plain[0]};
       std::map<std::string, std::set<std::string>> masked;  // by character
+      std::size_t joint = 0, more_by_hops = 0, more_at_rest = 0;
       for (const Json& character : json["characters"]) {
         const std::string name = character["name"];
         const Json& self = character["self"];
@@ -530,6 +550,10 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
           const std::string links = key(pair["link_a"], pair["link_b"]);
           CHECK(masked[name].insert(links).second);
           for (const Json& reason : pair["reasons"]) ++counts[reason];
+          const auto has = [&](const char* reason) {
+            return std::count(pair["reasons"].begin(), pair["reasons"].end(), reason) > 0;
+          };
+          ++(has("joint") ? joint : has("hops") ? more_by_hops : more_at_rest);
           if (pair["reasons"] == Json{"rest"}) at_rest_alone.insert(links);
           if (pair["reasons"] == Json{"hops"}) ++for_hops_alone;
         }
@@ -550,11 +574,18 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
               }))
             at_rest.insert(links);
         CHECK(at_rest_alone == at_rest);
-
-        CHECK(outcome.out.find("masked within " + name + ": " + std::to_string(masked[name].size()) +
-                               " of 55 pairs of links (joint 10, hops " + std::to_string(counts["hops"]) + ", rest " +
-                               std::to_string(counts["rest"]) + ")\n") != std::string::npos);
       }
+      std::string told = "\nleft out of --self: " + std::to_string(joint + more_by_hops + more_at_rest) +
+                         " of 110 pairs of links: 20 share a joint";
+      if (more_by_hops > 0)
+        told += ", " + std::to_string(more_by_hops) + " more are at most 2 joints apart (--hops 0 brings them back)";
+      if (more_at_rest > 0)
+        told += ", " + std::to_string(more_at_rest) + " more touch in frame " + std::to_string(rest) +
+                " (without --rest-frame they are back)";
+      told += '\n';
+      CHECK(joint == 20);
+      CHECK((more_by_hops > 0) == (hops == 2));
+      CHECK(outcome.out.find(told) != std::string::npos);
       for (std::size_t r = 1; r < plain.size(); ++r) {
         const Words fields = split(plain[r]);
         if (fields[1] != fields[3] || masked[fields[1]].count(key(fields[2], fields[4])) == 0)
@@ -563,11 +594,8 @@ TEST_CASE("--self says which pairs of links are masked and why, and loses the hi
       CHECK(expected.size() > 1);
       lost += plain.size() - expected.size();
       CHECK(lines_of(read_text(hits_path)) == expected);
-      const Words lines = lines_of(outcome.out);
-      CHECK(std::any_of(lines.begin(), lines.end(), [](const std::string& line) {
-        return line.find("hips ") == 0 && line.find("chest  joint  hops") != std::string::npos;
-      }));
     }
+  CHECK(figures.hits({"--self"}) == figures.hits({"--self", "--hops", "2"}));
   CHECK(lost > 100);
   CHECK(for_rest_alone > 0);
   CHECK(for_hops_alone > 0);
@@ -602,11 +630,11 @@ TEST_CASE("hits do not depend on the blocks in which frames are worked") {
 
 TEST_CASE("an offset moves a character, in the order of the files, and an origin far out loses nothing") {
   const TwoFigures figures;
-  const std::string hits = figures.hits({});
-  CHECK(lines_of(figures.hits({"--offset", "0,0,0", "--offset", "0,0,50"})).size() == 1);
-  CHECK(figures.hits({"--offset", "-.5,0,0", "--offset", "-.5,0,0"}) == hits);
-  CHECK(figures.hits({"--offset=1048576,0,0", "--offset=1048576,0,0"}) == hits);
-  CHECK(figures.hits({"--offset", "0.25,0,0"}) != hits);
+  const auto hits = [&](const Words& offsets) { return figures.hits(Words{"--exact", "none"} + offsets); };
+  CHECK(lines_of(hits({"--offset", "0,0,0", "--offset", "0,0,50"})).size() == 1);
+  CHECK(hits({"--offset", "-.5,0,0", "--offset", "-.5,0,0"}) == hits({}));
+  CHECK(hits({"--offset=1048576,0,0", "--offset=1048576,0,0"}) == hits({}));
+  CHECK(hits({"--offset", "0.25,0,0"}) != hits({}));
 }
 
 TEST_CASE("the height check looks along the axis that is up") {
@@ -694,28 +722,36 @@ TEST_CASE("more hits than a block makes room for are all there") {
   CHECK(whole == rows);
 }
 
-TEST_CASE("contacts come as depth and a unit normal") {
+TEST_CASE("contacts come as depth, a unit normal and a point that moves with the characters") {
   const TwoFigures figures;
-  const Words plain = lines_of(figures.hits({"--exact", "fcl"}));
-  const Words rows = lines_of(figures.hits({"--exact", "fcl", "--contacts"}));
-  REQUIRE(rows.size() == plain.size());
-  REQUIRE(rows.size() > 1);
-  CHECK(rows[0] == plain[0] + ",depth_metres,normal_x,normal_y,normal_z");
-  std::size_t with_contact = 0;
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    const Words fields = split(rows[r]);
-    REQUIRE(fields.size() == 9);
-    CHECK(rows[r].compare(0, plain[r].size() + 1, plain[r] + ",") == 0);
-    if (fields[5].empty()) continue;
-    ++with_contact;
-    CHECK(std::stod(fields[5]) >= 0);
-    CHECK(std::hypot(std::stod(fields[6]), std::stod(fields[7]), std::stod(fields[8])) ==
-          doctest::Approx(1).epsilon(1e-4));
+  for (const char* const exact : {"convex", "fcl"}) {
+    CAPTURE(std::string(exact));
+    const Words rows = lines_of(figures.hits({"--exact", exact}));
+    const Words moved =
+        lines_of(figures.hits({"--exact", exact, "--offset", "0.5,0,-0.25", "--offset", "0.5,0,-0.25"}));
+    REQUIRE(rows.size() > 1);
+    REQUIRE(moved.size() == rows.size());
+    CHECK(rows[0] == std::string(kHitColumns) + kContactColumns);
+    std::size_t with_contact = 0;
+    for (std::size_t r = 1; r < rows.size(); ++r) {
+      const Words fields = split(rows[r]), there = split(moved[r]);
+      REQUIRE(fields.size() == kPoint + 3);
+      REQUIRE(there.size() == kPoint + 3);
+      if (fields[kDepth].empty()) continue;
+      ++with_contact;
+      CHECK(std::stod(fields[kDepth]) >= 0);
+      CHECK(std::hypot(std::stod(fields[kNormal]), std::stod(fields[kNormal + 1]), std::stod(fields[kNormal + 2])) ==
+            doctest::Approx(1).epsilon(1e-4));
+      const double offset[3] = {0.5, 0, -0.25};
+      for (std::size_t k = 0; k < 3; ++k)
+        CHECK(std::fabs(std::stod(fields[kPoint + k]) + offset[k] - std::stod(there[kPoint + k])) < 1e-5);
+      CHECK(std::fabs(std::stod(fields[kPoint + 1]) - 0.95) < 1.2);  // at the height of a figure
+    }
+    CHECK(with_contact > 0);
   }
-  CHECK(with_contact > 0);
 }
 
-TEST_CASE("contacts are by convex unless another exact test is asked for, and the table says which") {
+TEST_CASE("hits are by convex unless another exact test is asked for, and --stats says which") {
   const TwoFigures figures;
   const auto table = [&](const Words& options) {
     const Outcome outcome = run_cab(Words{"run"} + figures.files + options);
@@ -728,33 +764,109 @@ TEST_CASE("contacts are by convex unless another exact test is asked for, and th
       if (line.rfind("exact test", 0) == 0) return line.find(name) != std::string::npos;
     return false;
   };
-  CHECK(says(table({}), "none"));
-  CHECK(says(table({"--contacts"}), "convex"));
-  CHECK(says(table({"--contacts", "--preset", "tight"}), "convex"));
-  CHECK(says(table({"--contacts", "--exact", "fcl"}), "fcl"));
-  CHECK(figures.hits({"--contacts"}) == figures.hits({"--contacts", "--exact", "convex"}));
+  CHECK(says(table({"--stats"}), "convex"));
+  CHECK(says(table({"--stats", "--preset", "tight"}), "convex"));
+  CHECK(says(table({"--stats", "--exact", "none"}), "none"));
+  CHECK(says(table({"--stats", "--exact", "fcl"}), "fcl"));
+  CHECK(table({}).find("exact test") == std::string::npos);
+  CHECK(figures.hits({}) == figures.hits({"--exact", "convex"}));
 }
 
 TEST_CASE("a least depth leaves out the hits that are less deep") {
   const TwoFigures figures;
-  const Words all = lines_of(figures.hits({"--contacts"}));
+  const Words all = lines_of(figures.hits({}));
   REQUIRE(all.size() > 2);
   std::vector<double> depths;
-  for (std::size_t r = 1; r < all.size(); ++r) depths.push_back(std::stod(split(all[r])[5]));
+  for (std::size_t r = 1; r < all.size(); ++r) depths.push_back(std::stod(split(all[r])[kDepth]));
   std::nth_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2), depths.end());
   const double least = depths[depths.size() / 2] * 0.999;
   Words expected = {all[0]};
   for (std::size_t r = 1; r < all.size(); ++r)
-    if (std::stod(split(all[r])[5]) >= least) expected.push_back(all[r]);
-  CHECK(lines_of(figures.hits({"--contacts", "--min-depth", std::to_string(least)})) == expected);
-  CHECK(lines_of(figures.hits({"--min-depth", std::to_string(least)})).size() == expected.size());
+    if (std::stod(split(all[r])[kDepth]) >= least) expected.push_back(all[r]);
+  CHECK(lines_of(figures.hits({"--min-depth", std::to_string(least)})) == expected);
 }
 
-TEST_CASE("the JSON file agrees with the table and with the hit list") {
+TEST_CASE("the answer has every pair of the hit list once, the deepest first, and prints at most a screen") {
   const TwoFigures figures;
   const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
-  const Outcome outcome = run_cab(Words{"run"} + figures.files +
-                                  Words{"--json", json_path, "--hits", hits_path, "--exact", "fcl", "--threads", "2"});
+  for (const Words& options : {Words{}, Words{"--self", "--hops", "0"}, Words{"--exact", "none"}}) {
+    const Outcome outcome =
+        run_cab(Words{"run"} + figures.files + Words{"--json", json_path, "--hits", hits_path} + options);
+    REQUIRE(outcome.exit_code == 0);
+    struct Pair {
+      int frames = 0, first = 0, at = 0;
+      double deepest = -1;
+    };
+    std::map<Words, Pair> expected;  // read from the hit list alone
+    std::set<std::string> frames;
+    const Words rows = lines_of(read_text(hits_path));
+    for (std::size_t r = 1; r < rows.size(); ++r) {
+      const Words fields = split(rows[r]);
+      Pair& pair = expected[Words(fields.begin() + 1, fields.begin() + 5)];
+      const int frame = std::stoi(fields[0]);
+      frames.insert(fields[0]);
+      if (pair.frames++ == 0) pair.first = frame;
+      if (fields.size() <= kDepth || fields[kDepth].empty() || std::stod(fields[kDepth]) <= pair.deepest) continue;
+      pair.deepest = std::stod(fields[kDepth]);
+      pair.at = frame;
+    }
+    const Json pairs = Json::parse(read_text(json_path))["pairs"];
+    REQUIRE(pairs.size() == expected.size());
+    const Words lines = lines_of(outcome.out);
+    REQUIRE(lines.size() > 3);
+    CHECK(lines[0].find(std::to_string(pairs.size()) + " pairs of links touch") == 0);
+    CHECK(lines[0].find(" in " + std::to_string(frames.size()) + " of 40 frames (1.6 s)") != std::string::npos);
+    CHECK((lines[0].find("--json has all") != std::string::npos) == (pairs.size() > 20));
+    const bool by_boxes = !options.empty() && options[0] == "--exact";
+    CHECK((lines[0].find("by their boxes alone") != std::string::npos) == by_boxes);
+    CHECK((lines[1].find("deepest cm") == std::string::npos) == by_boxes);
+    CHECK(lines.size() < 25);
+    double last = 1e9;
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+      const Json& pair = pairs[p];
+      const Words key = {pair["character_a"], pair["link_a"], pair["character_b"], pair["link_b"]};
+      REQUIRE(expected.count(key) == 1);
+      const Pair& wanted = expected[key];
+      CHECK(pair["frames"] == wanted.frames);
+      CHECK(pair["first_frame"] == wanted.first);
+      const double worse = by_boxes ? wanted.frames : wanted.deepest;
+      CHECK(worse <= last);
+      last = worse;
+      CHECK(pair.contains("deepest_metres") == !by_boxes);
+      if (!by_boxes) CHECK(pair["deepest_metres"].get<double>() == doctest::Approx(wanted.deepest));
+      if (!by_boxes) CHECK(pair["deepest_frame"] == wanted.at);
+      if (p >= 20) continue;
+      const std::string name = key[0] + " " + key[1] + " - " + (key[0] == key[2] ? "" : key[2] + " ") + key[3];
+      CHECK(lines[p + 2].rfind(name + " ", 0) == 0);
+      if (by_boxes) continue;
+      std::ostringstream end;
+      end.precision(2);
+      end << std::fixed << 0.04 * wanted.at;
+      CHECK(lines[p + 2].size() > end.str().size());
+      CHECK(lines[p + 2].substr(lines[p + 2].size() - end.str().size()) == end.str());
+    }
+  }
+  const Outcome apart = run_cab(Words{"run"} + figures.files + Words{"--offset", "0,0,0", "--offset", "0,0,50"});
+  CHECK(apart.out == "no links touch in 40 frames (1.6 s)\n");
+}
+
+TEST_CASE("--quiet leaves out notes and keeps warnings") {
+  const TwoFigures figures(5);
+  const auto told = [&](const Words& options) { return run_cab(Words{"run"} + figures.files + options).error; };
+  const Words noted = {"--units", "100", "--offset", "1,0,0"};  // of one file of two
+  CHECK(told(noted).find("note: ") != std::string::npos);
+  const std::string quiet = told(noted + Words{"--quiet"});
+  CHECK(quiet.find("note: ") == std::string::npos);
+  CHECK(quiet.find("warning: ") == 0);
+  CHECK(told({"--quiet"}).empty());
+}
+
+TEST_CASE("the JSON file agrees with the table of --stats and with the hit list") {
+  const TwoFigures figures;
+  const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";
+  const Outcome outcome =
+      run_cab(Words{"run"} + figures.files +
+              Words{"--json", json_path, "--hits", hits_path, "--exact", "fcl", "--threads", "2", "--stats"});
   REQUIRE(outcome.exit_code == 0);
   const Json json = Json::parse(read_text(json_path));
   const Words rows = lines_of(read_text(hits_path));
@@ -844,7 +956,7 @@ TEST_CASE("a motion in another file gives the hits and the frame of the one file
   made.json.erase("animations");
   write_text(mesh, glb(made));
   const auto frame_of = [&skin](const Words& files) {
-    const Outcome outcome = run_cab(Words{"inspect"} + files + skin + Words{"--frame", "last"});
+    const Outcome outcome = run_cab(Words{"inspect"} + files + skin + Words{"--json", "--frame", "last"});
     CAPTURE(outcome.error);
     REQUIRE(outcome.exit_code == 0);
     Json json = Json::parse(outcome.out);
@@ -877,11 +989,31 @@ TEST_CASE("a motion in another file gives the hits and the frame of the one file
   CHECK(alone.error == "cab: " + mesh + ": it has no animation\n");
 }
 
-TEST_CASE("inspect follows units, offset and refit, and writes to standard output without --json") {
+TEST_CASE("inspect says what a person wants to know of a file, beside its JSON file too") {
   const TwoFigures figures(5);
   const Outcome plain = run_cab({"inspect", figures.files[0]});
+  REQUIRE(plain.exit_code == 0);
+  const Words lines = lines_of(plain.out);
+  REQUIRE(lines.size() > 6);
+  CHECK(lines[0].find("anna.bvh: 11 joints, 5 frames, 0.2 s at 25 per second, 1.") == 0);
+  CHECK(lines[0].find(" m tall") == lines[0].size() - 7);
+  const auto has = [&](const std::string& text) { return plain.out.find(text) != std::string::npos; };
+  CHECK(has("\nunit: 1 m (default)\n"));
+  CHECK(has("\nbodies: 11 leaf boxes on 11 links\n"));
+  CHECK(has("\nmasked: 10 of 55 pairs of links, which share a joint\n"));
+  CHECK(has("\nstature "));
+  CHECK(has("\nleft_forearm "));  // a row of the table of bodies
+  CHECK(plain.error.find("masked") == std::string::npos);
+  const std::string path = figures.folder / "frame.json";
+  CHECK(run_cab({"inspect", figures.files[0], "--json", path}).out == plain.out);
+  CHECK(Json::parse(read_text(path)) == Json::parse(run_cab({"inspect", figures.files[0], "--json"}).out));
+}
+
+TEST_CASE("inspect follows units, offset and refit, and writes to standard output by --json without a file") {
+  const TwoFigures figures(5);
+  const Outcome plain = run_cab({"inspect", figures.files[0], "--json"});
   const Outcome moved =
-      run_cab({"inspect", figures.files[0], "--units", "2", "--offset", "10,0,-1", "--refit", "aabb_hull"});
+      run_cab({"inspect", figures.files[0], "--units", "2", "--offset", "10,0,-1", "--refit", "aabb_hull", "--json"});
   REQUIRE(plain.exit_code == 0);
   REQUIRE(moved.exit_code == 0);
   const Json a = Json::parse(plain.out), b = Json::parse(moved.out);
@@ -1010,7 +1142,7 @@ TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what
   const std::string file = folder / "boxes.glb", obj = folder / "boxes.obj", hits = folder / "hits.csv";
   write_text(file, glb(two_boxes()));
   const Words surface = {"--body", "surface", "--animation", "out"};
-  const Outcome outcome = run_cab(Words{"inspect", file, "--frame", "last", "--obj", obj} + surface);
+  const Outcome outcome = run_cab(Words{"inspect", file, "--frame", "last", "--json", "--obj", obj} + surface);
   CAPTURE(outcome.error);
   REQUIRE(outcome.exit_code == 0);
   const Json json = Json::parse(outcome.out);
@@ -1038,7 +1170,7 @@ TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what
         run_cab(Words{"run", file, file, "--offset", "0,0,0", "--offset", x, "--hits", hits} + surface + exact);
     CAPTURE(run.error);
     REQUIRE(run.exit_code == 0);
-    CHECK(run.out.find(exact.empty() ? "surface" : "none") != std::string::npos);
+    CHECK(run.out.find(exact.empty() ? " by their surfaces in " : " by their boxes alone in ") != std::string::npos);
     return lines_of(read_text(hits)).size() - 1;
   };
   CHECK(count_hits("0.5,0,0", {"--exact", "none"}) > 0);
@@ -1091,9 +1223,10 @@ TEST_CASE("real dancers: the hit list is the same for every strategy, thread cou
       REQUIRE(outcome.exit_code == 0);
       return read_text(path);
     };
-    const std::string expected = hits({"--strategy", "brute", "--isa", "scalar"});
-    CHECK((hits({"--strategy", "brute", "--threads", "4"}) == expected));
-    const Words exact = {"--exact", "fcl", "--contacts", "--self"};
+    const Words boxes = {"--exact", "none"};
+    const std::string expected = hits(boxes + Words{"--strategy", "brute", "--isa", "scalar"});
+    CHECK((hits(boxes + Words{"--strategy", "brute", "--threads", "4"}) == expected));
+    const Words exact = {"--exact", "fcl", "--self"};
     CHECK((hits(exact) == hits(exact + Words{"--strategy", "brute", "--threads", "4", "--isa", "scalar"})));
     CHECK(lines_of(expected).size() > 100);
     for (const Isa isa : available_isas())
@@ -1101,7 +1234,7 @@ TEST_CASE("real dancers: the hit list is the same for every strategy, thread cou
         CAPTURE(take);
         CAPTURE(to_string(isa));
         CAPTURE(threads);
-        CHECK((hits({"--strategy", "tree", "--isa", to_string(isa), "--threads", threads}) == expected));
+        CHECK((hits(boxes + Words{"--strategy", "tree", "--isa", to_string(isa), "--threads", threads}) == expected));
       }
   }
 }
@@ -1115,8 +1248,8 @@ TEST_CASE("real figures: those without motion stand and touch in every frame of 
   const TemporaryFolder folder;
   const std::string start = std::string(data) + "/gltf/";
   const std::string left = "generic-hand-left.glb", right = "generic-hand-right.glb";
-  REQUIRE(run_cab({"run", start + left, start + "robot.glb", start + right, "--hits", folder / "hits.csv", "--json",
-                   folder / "run.json"})
+  REQUIRE(run_cab({"run", start + left, start + "robot.glb", start + right, "--exact", "none", "--hits",
+                   folder / "hits.csv", "--json", folder / "run.json"})
               .exit_code == 0);
   std::set<std::string> together;  // frames
   for (const std::string& row : lines_of(read_text(folder / "hits.csv")))

@@ -63,7 +63,7 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"run", file, "--json", ""}, "--json: '' names no file"},
       {{"run", ""}, "FILE: '' names no file"},
       {{"inspect", ""}, "FILE: '' names no file"},
-      {{"inspect", file, "--json", ""}, "--json: '' names no file"},
+      {{"inspect", file, "--obj", ""}, "--obj: '' names no file"},
       {{"paper", "--csv", ""}, "--csv: '' names no file"},
       {{"verify", "--resume", ""}, "--resume: '' names no file"},
       {{"crowd", "--scene", "battle", "--clip", ""}, "--clip: '' names no file"},
@@ -101,8 +101,8 @@ TEST_CASE("standard output that cannot be written ends in one line with the syst
 
 TEST_CASE("inspect takes the last frame by its name") {
   const Workplace place;
-  const std::string last = run_command("inspect", {place.figure, "--frame", "last"}).out;
-  CHECK(last == run_command("inspect", {place.figure, "--frame", "4"}).out);
+  const std::string last = run_command("inspect", {place.figure, "--json", "--frame", "last"}).out;
+  CHECK(last == run_command("inspect", {place.figure, "--json", "--frame", "4"}).out);
   CHECK(nlohmann::json::parse(last)["frame"] == 4);
 }
 
@@ -119,15 +119,9 @@ TEST_CASE("an offset that is given for some of the files only is a note") {
   CHECK(note_of({"--offset", "1,0,0", "--offset", "0,0,0"}).find("--offset") == std::string::npos);
 }
 
-TEST_CASE("a terminal shows the progress of reading files and of frames, a file does not") {
+TEST_CASE("a terminal shows the progress of a run until Ctrl-C clears its line, a file does not") {
   const Workplace place;
-  const std::string shown = run_at_terminal({"run", place.figure, place.figure});
-  CHECK(shown.find("files [") != std::string::npos);
-  CHECK(shown.find("frames [") != std::string::npos);
   CHECK(run_command("run", {place.figure, place.figure}).error.find('[') == std::string::npos);
-}
-
-TEST_CASE("Ctrl-C clears the line of progress") {
   for (const int signal : {SIGINT, SIGTERM}) {
     const std::string shown = run_at_terminal({"verify", "--minutes", "60"}, signal), clear = "\r\033[K";
     CHECK(shown.rfind(clear) == shown.size() - clear.size());

@@ -123,7 +123,7 @@ TEST_CASE("cab query asks files of every kind, in the order of kinds and rows, a
 TEST_CASE("a ray at the box of a link has the distance that a hand calculates from the boxes of cab inspect") {
   const Files files;
   for (const char* frame : {"0", "3"}) {
-    const Outcome inspected = run_command("inspect", {files.motion, "--frame", frame});
+    const Outcome inspected = run_command("inspect", {files.motion, "--json", "--frame", frame});
     REQUIRE(inspected.exit_code == 0);
     const Json boxes = Json::parse(inspected.out);
     const Vec3 origin = boxes["world_origin_metres"];

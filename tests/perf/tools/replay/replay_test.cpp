@@ -88,7 +88,7 @@ std::set<std::string> lines_of(record::Recording& recording) {
 
 TEST_CASE("a recording of cab run has the hits of its CSV file, with and without the links of each") {
   const Dance dance;
-  for (const Words& options : {Words{}, Words{"--exact", "convex", "--self"}, Words{"--contacts", "--compress"},
+  for (const Words& options : {Words{}, Words{"--exact", "convex", "--self"}, Words{"--compress"},
                                Words{"--min-depth", "0.02"}, Words{"--strategy", "brute", "--threads", "2"}}) {
     dance.run(options);
     record::Recording recording;
@@ -108,7 +108,7 @@ TEST_CASE("a recording of cab run has the hits of its CSV file, with and without
 
 TEST_CASE("a recording replays to one hash on every instruction set, by threads and by policies of speed") {
   const Dance dance;
-  dance.run({"--contacts"});
+  dance.run({});
   const Json first = dance.replay({});
   CHECK(first["results"].size() == 1);
   CHECK(first["results"][0]["different_frames"] == 0);
@@ -130,7 +130,7 @@ TEST_CASE("a recording replays to one hash on every instruction set, by threads 
 
 TEST_CASE("the first frame and hit that differ are named") {
   const Dance dance;
-  dance.run({"--contacts"});
+  dance.run({});
   record::Recording recording;
   REQUIRE(recording.open(dance.recording.c_str()));
   record::RecordedFrame frame;
@@ -254,7 +254,7 @@ TEST_CASE("a run that fails or is ended keeps the older recording, and one that 
 
 TEST_CASE("poses in 16 bits run as they are recorded, and the difference is told") {
   const Dance dance;
-  const Outcome outcome = dance.run({"--contacts", "--pose-step", "0.015625"});
+  const Outcome outcome = dance.run({"--pose-step", "0.015625"});
   CHECK(outcome.error.find("with poses rounded to 16 bits there are ") != std::string::npos);
   const Json json = dance.replay({});
   CHECK(json["results"][0]["different_frames"] == 0);

@@ -1,4 +1,4 @@
-"""Reads the hits that `cab run --hits --contacts` wrote, and nothing else, and prints their worst interval of contact.
+"""Reads the hits that `cab run --hits` wrote, and nothing else, and prints their worst interval of contact.
 
 It shares no code with cab: it keeps a set of frames for each pair of links, and cuts it into runs.
 """

@@ -52,7 +52,7 @@ def test_self_penetration_is_that_of_the_command(scan, quick, exact):
         contacts = list(csv.DictReader(file))
     for row in rows:
         out = scan.folder / "hits.csv"
-        run_command("run", scan.folder / row["file"], "--self", "--exact", exact, "--hits", out)
+        run_command("run", scan.folder / row["file"], "--self", "--hops", 0, "--exact", exact, "--hits", out)
         hits = read_hits(out)
         assert len(hits) > 20
         assert (row["hits"], row["hit_frames"]) == (len(hits), len({frame for frame, *_ in hits}))
@@ -217,7 +217,7 @@ def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick)
 def test_recordings_are_replayed_and_reported(scan, quick):
     figure = arm_bvh([3 * frame % 130 for frame in range(60)])
     (scan.folder / "arm.bvh").write_text(figure.replace("JOINT Left", "JOINT =Left"))  # a formula in a CSV file
-    run_command("run", scan.folder / "arm.bvh", "--self", "--contacts", "--record", scan.folder / "arm.cab")
+    run_command("run", scan.folder / "arm.bvh", "--self", "--hops", 0, "--record", scan.folder / "arm.cab")
     whole = (scan.folder / "arm.cab").read_bytes()
     (scan.folder / "cut.cab").write_bytes(whole[: len(whole) // 2])
     with open(scan.folder / "none.cab", "wb") as file:
