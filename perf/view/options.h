@@ -6,14 +6,18 @@
 #include <vector>
 
 #include "perf/base/options.h"
+#include "perf/tools/robot/options.h"
+#include "perf/tools/run/options.h"
 
 namespace cab::perf {
 
 struct ViewOptions {
-  std::vector<std::string> files;  // recordings
-  std::string out_path;            // empty: as the first recording, with .html
-  std::string page_path;           // of the viewer; empty: beside the command
-  std::uint32_t frame = 0;         // that the link opens
+  RunOptions run;                                          // of motion files; all files are those of its world
+  RobotCommandOptions robot;                               // of a robot
+  std::vector<std::string> motion_options, robot_options;  // those of the command line that are about one kind of file
+  std::string out_path;                                    // empty: as the first file, with .html
+  std::string page_path;                                   // of the viewer; empty: beside the command
+  std::uint32_t frame = 0;                                 // that the link opens
 };
 Command add_view(CLI::App& app);
 int view_command(const ViewOptions& options);

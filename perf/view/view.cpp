@@ -1,11 +1,16 @@
-// `cab view`: writes a page that plays recordings.
+// `cab view`: writes a page that plays recordings, or motion files and robots, which it records first.
 #include <cab/replay.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "perf/base/report.h"
@@ -40,28 +45,85 @@ std::string file_address(const fs::path& path) {
   return address;
 }
 
+// What a page plays.
+enum class ViewKind { kRecordings, kMotion, kRobot };
+
+// By its name, and a recording of any name by its first bytes. What is neither recording nor robot is a motion file.
+ViewKind kind_of(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* const robot : {".urdf", ".xml", ".mjcf"})
+    if (extension == robot) return ViewKind::kRobot;
+  constexpr std::string_view kMagic = "CABREC";
+  std::string bytes(kMagic.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return extension == ".cab" || bytes == kMagic ? ViewKind::kRecordings : ViewKind::kMotion;
+}
+
+// The kind of all files. Throws UsageError for files and options that do not go together.
+ViewKind check_kind(const ViewOptions& options) {
+  const std::vector<std::string>& files = options.run.world.files;
+  const ViewKind kind = kind_of(files.front());
+  for (const std::string& file : files)
+    if (kind_of(file) != kind || (kind == ViewKind::kRobot && files.size() > 1))
+      throw UsageError("FILE: recordings, motion files or one robot make a page, not " + scenes::printable(file) +
+                       " beside " + scenes::printable(files.front()));
+  if (kind != ViewKind::kMotion && !options.motion_options.empty())
+    throw UsageError(options.motion_options.front() + ": it is about motion files");
+  if (kind != ViewKind::kRobot && !options.robot_options.empty())
+    throw UsageError(options.robot_options.front() + ": it is about a robot");
+  return kind;
+}
+
+// Tests motion files or a robot, says what touches, and records that.
+void record(const ViewOptions& options, ViewKind kind, const std::string& path) {
+  if (kind == ViewKind::kMotion) {
+    RunOptions run = options.run;
+    run.recording.path = path;
+    run.recording.is_aside = true;
+    run_command(run);
+  } else {
+    RobotCommandOptions robot = options.robot;
+    robot.file = options.run.world.files.front();
+    robot.recording.path = path;
+    robot.recording.is_aside = true;
+    robot_command(robot);
+  }
+}
+
 }  // namespace
 
 int view_command(const ViewOptions& options) {
+  const ViewKind kind = check_kind(options);
+  std::vector<std::string> files = options.run.world.files;
+  const fs::path first = files.front();
   const std::string out_path =
-      options.out_path.empty() ? fs::path(options.files.front()).replace_extension(".html").string() : options.out_path;
-  std::vector<std::string> inputs = options.files;
-  inputs.push_back(options.page_path);
+      options.out_path.empty() ? fs::path(first).replace_extension(".html").string() : options.out_path;
+  std::vector<std::string> inputs = input_paths(options.run.world);
+  inputs.insert(inputs.end(), {options.page_path, options.robot.states_path, options.robot.srdf_path});
   check_outputs({{"--out", out_path}}, inputs);
   const fs::path found = options.page_path.empty() ? find_page() : fs::path(options.page_path);
   if (found.empty()) throw std::runtime_error(how_to_get_page());
   const Page page = read_page(found);
+  OutputFile out(out_path);
+  std::optional<FileAside> aside;  // a recording that the page alone has
+  if (kind != ViewKind::kRecordings) {
+    aside.emplace(fs::path(out_path).replace_extension(".cab").string());
+    record(options, kind, aside->path());
+    files = {aside->path()};
+  }
   std::vector<PageRecording> recordings;
   std::uint64_t bytes = 0;
-  for (const std::string& file : options.files) {
+  for (const std::string& file : files) {
     const std::uint32_t frame_count = check_recording(file);
+    const fs::path name = aside ? first.filename().replace_extension(".cab") : fs::path(file).filename();
     if (recordings.empty() && options.frame > 0 && options.frame >= frame_count)
-      throw UsageError("--frame: " + scenes::printable(file) + " has " + std::to_string(frame_count) +
-                       " frames, counted from 0, not " + std::to_string(options.frame));
-    recordings.push_back({fs::path(file).filename().string(), file});
+      throw UsageError("--frame: " + scenes::printable(aside ? first.string() : file) + " has " +
+                       std::to_string(frame_count) + " frames, counted from 0, not " + std::to_string(options.frame));
+    recordings.push_back({name.string(), file});
     bytes += fs::file_size(file);
   }
-  OutputFile out(out_path);
   {
     ProgressBar bar("recordings", bytes);
     write_page(out.stream(), page, {}, recordings, [&bar](std::uint64_t read) { bar.advance(read); });

@@ -127,6 +127,12 @@ CLI::Option* add_srdf(CLI::App& command, std::string& path) {
       ->type_name("FILE.srdf");
 }
 
+CLI::Option* add_states(CLI::App& command, std::string& path) {
+  return add_path(command, "--states", path,
+                  "check the states of a CSV file: a line of joint names, then a line of values per state")
+      ->type_name("FILE.csv");
+}
+
 Command add_robot(CLI::App& app) {
   auto options = std::make_shared<RobotCommandOptions>();
   RobotCommandOptions& o = *options;
@@ -148,10 +154,7 @@ Command add_robot(CLI::App& app) {
             });
   CLI::Option* random =
       add_number(command, "--random", o.random_count, "random states to check (default 1000)", 1, kMaxStates);
-  add_path(command, "--states", o.states_path,
-           "check the states of a CSV file: a line of joint names, then a line of values per state")
-      ->type_name("FILE.csv")
-      ->excludes(random);
+  add_states(command, o.states_path)->excludes(random);
   add_number(command, "--seed", o.seed, "seed of random states (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max());
   add_texts(command, "--distance", "A,B",

@@ -34,9 +34,10 @@ struct RobotCommandOptions {
   std::string hits_path;           // empty: no file
   RecordFileOptions recording;     // of the states that are checked, one frame each
 };
-// Adds --package, and --srdf.
+// Adds --package, --srdf, and --states.
 CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import);
 CLI::Option* add_srdf(CLI::App& command, std::string& path);
+CLI::Option* add_states(CLI::App& command, std::string& path);
 Command add_robot(CLI::App& app);
 int robot_command(const RobotCommandOptions& options);
 

@@ -446,8 +446,12 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   settings.up = 'z';
   settings.compress = options.recording.compress;
   settings.pose_step = options.recording.pose_step;
-  ProgressBar bar("recording", states.count);
-  const RecordTotals totals = record_scene(scene, {0, scene.frame_count}, true, settings, [&bar] { bar.advance(1); });
+  RecordTotals totals;
+  {
+    ProgressBar bar("recording", states.count);
+    totals = record_scene(scene, {0, scene.frame_count}, true, settings, [&bar] { bar.advance(1); });
+  }
+  if (options.recording.is_aside) return;
   std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
 }
 

@@ -1,10 +1,13 @@
 // `cab view` from outside.
 #include <doctest/doctest.h>
 
+#include <cstdint>
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {
@@ -40,15 +43,120 @@ TEST_CASE("cab view writes the recordings into the page, and says where a browse
   CHECK(outcome.out.find("file:///") != std::string::npos);
 }
 
+// Files of a folder, by name.
+std::set<std::string> names_in(const TemporaryFolder& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "."))
+    names.insert(entry.path().filename().string());
+  return names;
+}
+
+// The bytes of the first recording in a page.
+std::string recording_in(const std::string& page) {
+  const std::string begin = "class=\"cab-recording\" data-name=\"";
+  const std::size_t mark = page.find(begin), first = page.find('>', mark) + 1;
+  REQUIRE(mark != std::string::npos);
+  std::string bytes;
+  std::uint32_t bits = 0, count = 0;
+  for (std::size_t i = first; page[i] != '<' && page[i] != '='; ++i) {
+    const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    bits = bits << 6 | static_cast<std::uint32_t>(digits.find(page[i]));
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 255);
+  }
+  return bytes;
+}
+
+TEST_CASE("cab view of motion files says what touches, and the page has the recording of cab run") {
+  const TemporaryFolder folder;
+  const std::string anna = folder / "anna.bvh", ben = folder / "ben.bvh", viewer = folder / "cab_view.html",
+                    recording = folder / "run.cab", copy = folder / "copy.cab";
+  write_text(viewer, "<!doctype html>\n<!--CAB-DATA-->\n<script>1</script>\n");
+  write_text(anna, bvh_text({40, 0, 0, 0}));
+  write_text(ben, bvh_text({40, 7, 0.5, 0.004}));
+  const Outcome run = run_command("run", {anna, ben, "--self", "--record", recording});
+  REQUIRE(run.exit_code == 0);
+  std::set<std::string> expected = names_in(folder);
+  const Outcome outcome = run_command("view", {anna, ben, "--self", "--page", viewer, "--frame", "39"});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  expected.insert("anna.html");
+  CHECK(names_in(folder) == expected);
+  CHECK(outcome.error == run.error);
+  const std::size_t answer = run.out.find("recording: ");
+  CHECK(outcome.out.substr(0, answer) == run.out.substr(0, answer));
+  CHECK(outcome.out.find("anna.html#recording=0&frame=39\n") != std::string::npos);
+  const std::string page = read_text(folder / "anna.html");
+  CHECK(page.find("data-name=\"anna.cab\"") != std::string::npos);
+  write_text(copy, recording_in(page));
+  const auto hash = [&](const std::string& file) {
+    const std::string json = folder / "replayed.json";
+    REQUIRE(run_command("replay", {file, "--json", json}).exit_code == 0);
+    const std::string text = read_text(json), key = "\"hash\": \"";
+    return text.substr(text.find(key) + key.size(), 16);
+  };
+  CHECK(hash(copy).find_first_not_of("0123456789abcdef") == std::string::npos);
+  CHECK(hash(copy) == hash(recording));
+}
+
+TEST_CASE("cab view of a robot shows the states of a file") {
+  const TemporaryFolder folder;
+  const std::string robot = folder / "arm.urdf", states = folder / "states.csv", viewer = folder / "cab_view.html",
+                    copy = folder / "copy.cab";
+  write_text(viewer, "<!--CAB-DATA-->\n");
+  const std::string body =
+      "<collision><geometry><box size='0.2 0.2 1'/></geometry><origin xyz='0 0 0.5'/></collision></link>";
+  write_text(robot, "<robot name='arm'><link name='a'>" + body + "<link name='b'>" + body + "<link name='c'>" + body +
+                        "<joint name='one' type='continuous'><parent link='a'/><child link='b'/>"
+                        "<origin xyz='0 0 1.1'/><axis xyz='1 0 0'/></joint>"
+                        "<joint name='two' type='continuous'><parent link='b'/><child link='c'/>"
+                        "<origin xyz='0 0 1.1'/><axis xyz='1 0 0'/></joint></robot>");
+  write_text(states, "one,two\n0,0\n2,2\n0.5,3\n");
+  const Outcome outcome = run_command("view", {robot, "--states", states, "--page", viewer});
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.out.find("arm.html#recording=0&frame=0\n") != std::string::npos);
+  write_text(copy, recording_in(read_text(folder / "arm.html")));
+  const Outcome replayed = run_command("replay", {copy, "--isa", "scalar"});
+  INFO(replayed.out);
+  CHECK(replayed.exit_code == 0);
+  CHECK(names_in(folder) == std::set<std::string>{"arm.urdf", "arm.html", "cab_view.html", "copy.cab", "states.csv"});
+}
+
+TEST_CASE("files and options that do not go into one page are refused") {
+  const Recorded files;
+  const std::string anna = files.folder / "anna.bvh", robot = files.folder / "arm.urdf";
+  write_text(anna, bvh_text({5, 0, 0, 0}));
+  write_text(robot, "<robot name='arm'/>");
+  const auto refused = [&](Words words, const std::string& told) {
+    words.insert(words.end(), {"--page", files.viewer});
+    const Outcome outcome = run_command("view", words);
+    INFO(outcome.error);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.error.find(told) != std::string::npos);
+  };
+  refused({files.recording, anna}, "or one robot make a page, not " + anna + " beside " + files.recording);
+  refused({robot, robot}, "or one robot make a page");
+  refused({files.recording, "--units", "1"}, "--units: it is about motion files");
+  refused({robot, "--self"}, "--self: it is about motion files");
+  refused({anna, "--states", robot}, "--states: it is about a robot");
+  refused({anna, anna, "--frame", "5"}, "has 5 frames, counted from 0, not 5");
+  CHECK_FALSE(std::filesystem::exists(files.folder / "anna.html"));
+}
+
 TEST_CASE("what cab view cannot do is told") {
   const Recorded files;
+  const std::string other = files.folder / "other.cab";
+  write_text(other, "no recording");
   const auto refuses = [](const std::string& command, const Words& words, const std::string& told) {
     const Outcome outcome = spawn(command, words);
     INFO(outcome.error);
     CHECK(outcome.exit_code == 1);
     CHECK(outcome.error.find(told) != std::string::npos);
   };
-  refuses(CAB_COMMAND, {"view", files.viewer, "--page", files.viewer, "--out", files.page}, "it is not a recording");
+  refuses(CAB_COMMAND, {"view", other, "--page", files.viewer, "--out", files.page}, "it is not a recording");
   refuses(CAB_COMMAND, {"view", files.recording, "--page", files.recording}, "is no page of the viewer");
   CHECK_FALSE(std::filesystem::exists(files.page));
   const Outcome beyond = run_command("view", {files.recording, "--page", files.viewer, "--frame", "3"});
