@@ -9,8 +9,6 @@ from . import stopping
 
 _HOW_TO_GET = {
     "numpy": "Debian: python3-numpy",
-    "dask": "Debian: python3-dask; `./dev deps --cluster` in the sources of cab installs it",
-    "distributed": "Debian: python3-distributed; `./dev deps --cluster` in the sources of cab installs it",
     "cab": "docs/python.md of cab says how to install it, or set PYTHONPATH to its folder",
 }
 

@@ -17,17 +17,16 @@ from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequenc
 from urllib.parse import urlsplit
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, Security, TimeoutError, wait
+from distributed import Client, Future, KilledWorker, LocalCluster, Security, TimeoutError, get_worker, wait
 from distributed.utils import LoopRunner
 
 from . import stopping
+from .plan import make_tasks
 from .progress import Progress
-from .tasks import error_row, run_items
+from .tasks import lost_rows, run_items
 from .versions import Versions, describe, difference
-from .work import LOST, Item, Report, Row
+from .work import ClusterError, Item, Report, Row
 
-# A task reads at most so many bytes and items, or an eighth of a worker's share, so that the last ones end together.
-_TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
 # Tasks that wait at a worker beside the one that runs there.
 _TASKS_PER_WORKER = 3
 # So many workers of this machine may die with a task before Dask gives it back.
@@ -39,10 +38,6 @@ _ANSWER_SECONDS = 5
 _ALONE_SECONDS = 300
 # How often it is looked whether a worker that does not answer is still there.
 _LOOK_SECONDS = 0.5
-
-
-class ClusterError(Exception):
-    """There are no workers, or they are not those that are wanted."""
 
 
 @contextlib.contextmanager
@@ -158,19 +153,8 @@ def _check_version(versions: Versions, worker: str) -> None:
         raise ClusterError(f"{worker} has other versions than this process: {differs}")
 
 
-def make_tasks(items: Sequence[Item], workers: int) -> List[List[Item]]:
-    """Items in tasks of similar size, in their order."""
-    share = sum(item.size for item in items) // max(8 * workers, 1)
-    most = max(min(_TASK_BYTES, share), 1)
-    tasks: List[List[Item]] = []
-    size = most
-    for item in items:
-        if size + item.size > most or len(tasks[-1]) == _TASK_ITEMS:
-            tasks.append([])
-            size = 0
-        tasks[-1].append(item)
-        size += item.size
-    return tasks
+def _run_on_worker(task: List[Item]) -> Report:
+    return run_items(task, get_worker().local_directory)
 
 
 class Dispatcher:
@@ -205,7 +189,7 @@ class Dispatcher:
             self._running.clear()
 
     def _submit(self, task: List[Item]) -> None:
-        future = self._client.submit(run_items, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
+        future = self._client.submit(_run_on_worker, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
         self._running[future] = task
 
     def _collect(self) -> None:
@@ -254,8 +238,7 @@ class Dispatcher:
     def _blame(self, item: Item) -> None:
         # The item was alone each time that its worker died.
         self._suspects.popleft()
-        words = "its worker died or fell silent each time: out of memory, a crash, or a loader that ended or held it"
-        self._finished([error_row(item, policies, LOST, words) for policies in item.policies])
+        self._finished(lost_rows(item))
         self._progress.advance(item.size)
 
 

@@ -2,28 +2,30 @@
 
 import argparse
 import contextlib
+import functools
+import importlib.util
 import os
 import sys
 from typing import Iterator, List, Optional, Sequence
 
 import cab
-from distributed import Client
 
-from . import cluster, corpus, export, options, outputs, plan, policies, robot_scan, stopping, summary
+from . import corpus, export, local, options, outputs, plan, policies, robot_scan, stopping, summary
 from .printable import tell
 from .sequences import LoaderError, loader_sha256
 from .table import Table, TableError
-from .work import PAIRS, RECORDING, SELF, TestOptions
+from .work import PAIRS, RECORDING, SELF, ClusterError, Dispatch, TestOptions
+
 
 def run(words: Optional[Sequence[str]]) -> int:
     """The exit code: 0, 1 for bad files and what else is told, 2 for wrong use, 130 when stopped."""
     chosen = options.parse(words, cab.__version__)
     try:
-        return _scan(chosen)
+        return _merge(chosen) if chosen.what == "merge" else _scan(chosen)
     except outputs.OutputError as error:
         tell(f"cab scan: {error}", sys.stderr)
         return 2
-    except (corpus.CorpusError, LoaderError, TableError, cluster.ClusterError, cab.FileError) as error:
+    except (corpus.CorpusError, LoaderError, TableError, ClusterError, cab.FileError) as error:
         tell(f"cab scan: {error}", sys.stderr)
     except OSError as error:
         name = f"{os.fsdecode(error.filename)}: " if error.filename else ""
@@ -50,19 +52,34 @@ def _scan(chosen: argparse.Namespace) -> int:
         tell(f"cab scan: {problem}", sys.stderr)
     if not entries:
         raise corpus.CorpusError("there is nothing to scan")
-    written = export.csv_files(options.csv_path(chosen))
+    if chosen.shard:  # of more machines than files, some have none
+        entries = entries[chosen.shard[0] - 1::chosen.shard[1]]
+    written = export.csv_files(chosen.csv) if chosen.csv else []
     outputs.check(chosen.table, written, [*found.read, *chosen.lists, *_given_files(chosen)])
     stopping.raise_from_now_on()
     with contextlib.closing(Table(chosen.table)) as table:
         if chosen.what == "robot":
             scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], texts[0], table)
-            with _workers(chosen) as client:
-                scan.run(client)
+            with _workers(chosen) as dispatch:
+                scan.run(dispatch)
         else:
             _scan_files(chosen, entries, texts, table)
-        export.write_csv_files(table, written)
+        if written:
+            export.write_csv_files(table, written)
         has_errors = summary.tell(table, written, chosen.what)
     return 1 if has_errors or found.problems else 0
+
+
+def _merge(chosen: argparse.Namespace) -> int:
+    written = export.csv_files(chosen.csv) if chosen.csv else []
+    outputs.check(chosen.table, written, chosen.paths)
+    stopping.raise_from_now_on()
+    with contextlib.closing(Table(chosen.table)) as table:
+        for path in chosen.paths:
+            table.merge(path)
+        if written:
+            export.write_csv_files(table, written)
+        return 1 if summary.tell(table, written, chosen.what) else 0
 
 
 def _given_files(chosen: argparse.Namespace) -> List[str]:
@@ -95,21 +112,33 @@ def _scan_files(
     else:
         what = PAIRS if chosen.what == "pairs" else SELF
         test = TestOptions(
-            chosen.min_depth, chosen.gap, getattr(chosen, "hops", 0), not chosen.no_contacts, chosen.loader,
-            loader_sha256(chosen.loader) if chosen.loader else "",
+            chosen.min_depth, chosen.gap, getattr(chosen, "hops", TestOptions.hops), not chosen.no_contacts,
+            chosen.loader, loader_sha256(chosen.loader) if chosen.loader else "",
         )
     items = plan.make_items(entries, what, texts, test, table, chosen.again)
-    with _workers(chosen) as client:
-        cluster.dispatch(client, items, table.add)
+    with _workers(chosen) as dispatch:
+        dispatch(items, table.add)
     summary.tell_unnamed(table, [item.key(text) for item in items for text in texts])
 
 
 @contextlib.contextmanager
-def _workers(chosen: argparse.Namespace) -> Iterator[Client]:
+def _workers(chosen: argparse.Namespace) -> Iterator[Dispatch]:
+    has_dask = all(importlib.util.find_spec(name) is not None for name in ("dask", "distributed"))
+    if chosen.scheduler and not has_dask:
+        raise ClusterError(
+            "--scheduler: Python has no module distributed (Debian: python3-distributed; `./dev deps --cluster` in the "
+            "sources of cab installs it)"
+        )
+    if not has_dask:
+        with local.pool(chosen.workers, chosen.memory) as pool:
+            yield pool.dispatch
+        return
+    from . import cluster  # late, since it needs Dask
+
     if chosen.scheduler:
         workers = cluster.workers_of(chosen.scheduler)
     else:
         workers = cluster.local_workers(chosen.workers, chosen.memory)
     with workers as client:
         cluster.check_versions(client)
-        yield client
+        yield functools.partial(cluster.dispatch, client)

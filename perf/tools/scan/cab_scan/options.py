@@ -5,9 +5,11 @@ import re
 from typing import List, Optional, Sequence, Tuple
 
 from .corpus import READERS
+from .work import TestOptions
 
-_DESCRIPTION = """Scans a corpus by Dask: which links touch, in which file, when and how deep. The result is one SQLite
-table and CSV files. Work that is in the table is not done again; docs/scale.md says what the columns mean."""
+_DESCRIPTION = """Scans a corpus: which links touch, in which file, when and how deep. The result is one SQLite table.
+Work that is in the table is not done again; docs/scale.md says what the columns mean. Workers are Dask's where it is
+installed."""
 
 
 class _Count:
@@ -34,6 +36,13 @@ def _length(text: str) -> float:
     if not 0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r}: a length of 0 or more metres is wanted")
     return value
+
+
+def _shard(text: str) -> Tuple[int, int]:
+    number, sign, count = text.partition("/")
+    if not (sign and number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+        raise argparse.ArgumentTypeError(f"{text!r}: I/N with I from 1 to N is wanted, such as 1/4")
+    return int(number), int(count)
 
 
 def _memory(text: str) -> str:
@@ -66,11 +75,17 @@ class _FileValue:
 def _add_table(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the table")
     group.add_argument("--table", metavar="FILE", default="scan.sqlite", help="the table (default scan.sqlite)")
-    group.add_argument(
-        "--csv", metavar="FILE", help="the rows as CSV (default: as the table, with .csv); contacts and pairs beside it"
-    )
+    group.add_argument("--csv", metavar="FILE", help="also write the rows as CSV, and contacts and pairs beside them")
+
+
+def _add_work(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("what is done")
     group.add_argument("--again", action="store_true", help="do all anew, also what is in the table")
     group.add_argument("--root", metavar="DIR", default="", help="names of files in the table start at this folder")
+    group.add_argument(
+        "--shard", metavar="I/N", type=_shard,
+        help="only each Nth file or pair, from the Ith on; `cab scan merge` makes one table of all shards",
+    )
     group = parser.add_argument_group("workers")
     where = group.add_mutually_exclusive_group()
     where.add_argument(
@@ -177,10 +192,14 @@ def _parser(version: str) -> argparse.ArgumentParser:
     for name, sub in commands.choices.items():
         if name in ("self", "policies"):
             sub.add_argument(
-                "--hops", metavar="N", type=_Count(0, 1024), default=0,
-                help="links at most N joints apart are not tested (default 0: those that share a joint)",
+                "--hops", metavar="N", type=_Count(0, 1024), default=TestOptions.hops,
+                help="links at most N joints apart are not tested (default %(default)s); 0: those that share a joint",
             )
         _add_table(sub)
+        _add_work(sub)
+    command = commands.add_parser("merge", help="one table of several, such as those of shards")
+    command.add_argument("paths", metavar="TABLE", nargs="+", help="tables whose rows are taken, the last ones last")
+    _add_table(command)
     return parser
 
 
@@ -188,16 +207,9 @@ def parse(words: Optional[Sequence[str]], version: str) -> argparse.Namespace:
     """The options; ends the process with code 2 for wrong use."""
     parser = _parser(version)
     options = parser.parse_args(words)
-    if not options.paths and not options.lists:
+    if options.what != "merge" and not options.paths and not options.lists:
         parser.error(f"{options.what}: give a PATH or a --list")
     return options
-
-
-def csv_path(options: argparse.Namespace) -> str:
-    """Where the rows go as CSV."""
-    table: str = options.table
-    stem = re.sub(r"\.(sqlite3?|db)$", "", table)
-    return str(options.csv) if options.csv else f"{stem}.csv"
 
 
 def policy_words(options: argparse.Namespace) -> List[Optional[str]]:

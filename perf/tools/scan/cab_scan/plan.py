@@ -12,6 +12,10 @@ from .table import Table
 from .work import FileOptions, Item, Source, TestOptions
 
 
+# A task reads at most so many bytes and items, or an eighth of a worker's share, so that the last ones end together.
+_TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
+
+
 def make_items(
     entries: Sequence[Entry], what: str, policies: Sequence[str], test: TestOptions, table: Table, again: bool
 ) -> List[Item]:
@@ -34,9 +38,11 @@ def _options_text(entry: Entry, test: TestOptions) -> str:
     values = _file_options(entry.source)
     if entry.other and entry.other.options != entry.source.options:
         values["other"] = _file_options(entry.other)
-    values.update((name, value) for name, value in vars(test).items() if name not in ("command", "intervals") and value)
-    if not test.intervals:
-        values["intervals"] = False
+    values.update(
+        (field.name, getattr(test, field.name))
+        for field in dataclasses.fields(test)
+        if field.name != "command" and getattr(test, field.name) != field.default
+    )
     return json.dumps(values, sort_keys=True)
 
 
@@ -55,6 +61,21 @@ def robot_options(samples: int, seed: int, chunk: int, srdf: str, leave_out_miss
     if leave_out_missing:
         values["leave_out_missing"] = True
     return json.dumps(values, sort_keys=True)
+
+
+def make_tasks(items: Sequence[Item], workers: int) -> List[List[Item]]:
+    """Items in tasks of similar size, in their order."""
+    share = sum(item.size for item in items) // max(8 * workers, 1)
+    most = max(min(_TASK_BYTES, share), 1)
+    tasks: List[List[Item]] = []
+    size = most
+    for item in items:
+        if size + item.size > most or len(tasks[-1]) == _TASK_ITEMS:
+            tasks.append([])
+            size = 0
+        tasks[-1].append(item)
+        size += item.size
+    return tasks
 
 
 DEFAULT_FILE_OPTIONS = FileOptions()

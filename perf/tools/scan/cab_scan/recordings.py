@@ -10,7 +10,6 @@ import tempfile
 from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import cab
-from distributed import get_worker
 
 from .clock import core_seconds
 from .hashing import contacts_sha256
@@ -37,8 +36,7 @@ def recording_rows(item: Item) -> Iterator[Row]:
     """The row of a recording. Frames that replay to other bits, or cannot be read, are an error."""
     start = core_seconds()
     row = Row(item.key(RECORDED))
-    # In the worker's own folder, which goes when the worker is killed.
-    with tempfile.TemporaryDirectory(prefix="cab-scan-", dir=get_worker().local_directory) as folder:
+    with tempfile.TemporaryDirectory(prefix="cab-scan-") as folder:
         table = os.path.join(folder, "replay.json")
         problem = _run(item, ["replay", item.source.path, "--json", table], table)
         with open(table, encoding="utf-8") as file:

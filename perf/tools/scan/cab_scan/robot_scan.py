@@ -5,14 +5,12 @@ import os
 from typing import Dict, List, Sequence, Set, Tuple
 
 import cab
-from distributed import Client
 
-from .cluster import dispatch
 from .plan import robot_options
 from .robots import FIRST_SAMPLE, RobotFile, matrix_rows, sampled_matrix
 from .table import Table
 from .tasks import error_row, outcome_of, words_of
-from .work import BAD, DONE, SAMPLES, STATES, Item, Key, Links, RobotChunk, Source, TestOptions
+from .work import BAD, DONE, SAMPLES, STATES, Dispatch, Item, Key, Links, RobotChunk, Source, TestOptions
 
 SUFFIXES = frozenset([".urdf", ".xml", ".mjcf"])
 
@@ -46,10 +44,10 @@ class RobotScan:
             return
         self._robots.append((source, file))
 
-    def run(self, client: Client) -> None:
+    def run(self, dispatch: Dispatch) -> None:
         """Until all chunks of all robots are in the table."""
         fixed = [file.fixed_matrix(not self._srdf) for _, file in self._robots]
-        self._run_chunks(client, SAMPLES, FIRST_SAMPLE, self._samples, fixed)
+        self._run_chunks(dispatch, SAMPLES, FIRST_SAMPLE, self._samples, fixed)
         sampled = list(zip(self._robots, fixed))
         self._robots, whole = [], []
         for (source, file), known in sampled:
@@ -63,17 +61,17 @@ class RobotScan:
             matrix = sampled_matrix(file, known, at_rest, self._table.touching(key), self._samples)
             self._table.add_pairs(key, matrix_rows(file, matrix))
             whole.append(matrix)
-        self._run_chunks(client, STATES, 0, self._chosen.states, whole)
+        self._run_chunks(dispatch, STATES, 0, self._chosen.states, whole)
 
     def _run_chunks(
-        self, client: Client, what: str, start: int, count: int, masks: Sequence[Dict[Tuple[int, int], str]]
+        self, dispatch: Dispatch, what: str, start: int, count: int, masks: Sequence[Dict[Tuple[int, int], str]]
     ) -> None:
         items: List[Item] = []
         for (source, file), mask in zip(self._robots, masks):
             firsts = range(0, count, self._chosen.chunk)
             chunks = [(first, min(self._chosen.chunk, count - first)) for first in firsts]
             items += self._items(what, source, file, start, chunks, tuple(sorted(mask)))
-        dispatch(client, items, self._table.add)
+        dispatch(items, self._table.add)
 
     def _items(
         self, what: str, source: Source, file: RobotFile, start: int, chunks: Sequence[Tuple[int, int]], masked: Links

@@ -9,6 +9,8 @@ from .table import Table
 from .work import DONE, Key
 
 _MOST_TOLD = 20
+# The most clips of the table at the end, which fits on a screen.
+_MOST_WORST = 10
 
 
 def tell(table: Table, written: Sequence[str], what: str) -> bool:
@@ -35,9 +37,11 @@ def tell(table: Table, written: Sequence[str], what: str) -> bool:
     if what == "policies":
         print()
         _print_policies(table)
-    elif what == "robot":
+    elif what == "robot" or table.robot_totals():
         print()
         _print_robots(table)
+    if what != "policies":
+        _print_worst(table)
     return errors > 0
 
 
@@ -60,6 +64,21 @@ def _print_lines(lines: Sequence[Sequence[str]]) -> None:
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     for line in lines:
         tell_line("  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip(), sys.stdout)
+
+
+def _print_worst(table: Table) -> None:
+    worst = table.worst(_MOST_WORST)
+    if not worst:
+        return
+    lines: List[Sequence[str]] = [("the worst", "frames that touch", "deepest cm", "in frame", "links")]
+    for file, other, frames, hit_frames, depth, frame, *links in worst:
+        known = depth is not None
+        lines.append((
+            f"{file} - {other}" if other else file, f"{hit_frames} of {frames}", f"{100 * depth:.1f}" if known else "",
+            str(frame) if known else "", " - ".join(links) if known else "",
+        ))
+    print()
+    _print_lines(lines)
 
 
 def _print_policies(table: Table) -> None:

@@ -218,6 +218,52 @@ class Table:
                 (DONE, SELF),
             ).fetchall()
 
+    def worst(self, count: int) -> List[Tuple[Any, ...]]:
+        """Of rows of clips that touch, the deepest, then those that touch in the most frames."""
+        with self._told():
+            return self._base.execute(
+                "SELECT file, other, frames, hit_frames, depth, depth_frame, depth_link_a, depth_link_b FROM work "
+                f"WHERE hits > 0 AND what NOT IN (?, ?) ORDER BY depth DESC, hit_frames DESC, {_ORDER} LIMIT ?",
+                (SAMPLES, STATES, count),
+            ).fetchall()
+
+    def merge(self, path: str) -> None:
+        """Takes over all rows of another table, in the place of those of the same keys; of robots, of all chunks."""
+        columns = ", ".join((*KEY_COLUMNS, *RESULT_COLUMNS, *COST_COLUMNS))
+        key, robot = ", ".join(KEY_COLUMNS), "file, what, policies, options"
+        same = " AND ".join(f"mine.{column} = its.{column}" for column in (*KEY_COLUMNS, "sequence"))
+        contacts = ", ".join(f"contact.{column}" for column in CONTACT_COLUMNS)
+        with self._attached(path), self._transaction() as base:
+            base.execute(f"DELETE FROM work WHERE ({key}) IN (SELECT {key} FROM other.work)")
+            for name in ("work", "pairs"):
+                base.execute(
+                    f"DELETE FROM {name} WHERE what IN (?, ?) AND ({robot}) IN (SELECT {robot} FROM other.work)",
+                    (SAMPLES, STATES),
+                )
+            base.execute(f"INSERT INTO work ({columns}) SELECT {columns} FROM other.work ORDER BY id")
+            base.execute(
+                f"INSERT INTO contacts SELECT mine.id, {contacts} FROM other.contacts AS contact "
+                f"JOIN other.work AS its ON its.id = contact.work JOIN work AS mine ON {same} ORDER BY contact.rowid"
+            )
+            base.execute("INSERT INTO pairs SELECT * FROM other.pairs")
+
+    @contextlib.contextmanager
+    def _attached(self, path: str) -> Iterator[None]:
+        if not os.path.isfile(path):
+            raise TableError(f"{path}: there is no such table")
+        try:
+            self._base.execute("ATTACH ? AS other", (path,))
+            application = self._base.execute("PRAGMA other.application_id").fetchone()[0]
+            found = self._base.execute("PRAGMA other.user_version").fetchone()[0]
+        except sqlite3.Error as error:
+            raise TableError(f"{path}: {error}") from error
+        try:
+            if (application, found) != (_APPLICATION, _FORMAT):
+                raise TableError(f"{path}: it is no table of this cab scan, whose format is {_FORMAT}")
+            yield
+        finally:
+            self._base.execute("DETACH other")
+
     def robot_totals(self) -> List[Tuple[Any, ...]]:
         """By robot: states, those with a hit, hits, pairs that touch in them, and masked pairs."""
         count = "(SELECT count(*) FROM pairs WHERE pairs.file = work.file AND pairs.options = work.options " \

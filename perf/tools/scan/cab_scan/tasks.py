@@ -1,6 +1,7 @@
 """What runs on a worker: a task of several items, each of which becomes rows, whatever happens in it."""
 
 import os
+import tempfile
 import warnings
 from typing import Iterable, List, Optional, Sequence, Tuple
 
@@ -15,11 +16,18 @@ from .versions import describe
 from .work import BAD, LOST, RECORDING, Item, Report, Row
 
 
-def run_items(items: Iterable[Item]) -> Report:
-    """The rows of all items. What the table has already, by its content, is skipped."""
+def run_items(items: Iterable[Item], folder: str) -> Report:
+    """The rows of all items. What the table has already, by its content, is skipped.
+
+    folder  the worker's own for temporary files, which goes even when the worker is killed
+    """
     rows: List[Row] = []
-    for item in items:
-        rows.extend(_run_item(item))
+    before, tempfile.tempdir = tempfile.tempdir, folder
+    try:
+        for item in items:
+            rows.extend(_run_item(item))
+    finally:
+        tempfile.tempdir = before
     return Report(describe(), rows)
 
 
@@ -93,6 +101,12 @@ def outcome_of(error: BaseException) -> str:
 def error_row(item: Item, policies: str, outcome: str, words: str) -> Row:
     """The row of an item that has no numbers. Its words are one line, in which paths are those of the table."""
     return Row(item.key(policies), version=cab.__version__, outcome=outcome, error=with_names(words, item))
+
+
+def lost_rows(item: Item) -> List[Row]:
+    """The rows of an item that was alone when its worker died."""
+    words = "its worker died or fell silent each time: out of memory, a crash, or a loader that ended or held it"
+    return [error_row(item, policies, LOST, words) for policies in item.policies]
 
 
 def words_of(error: BaseException) -> str:

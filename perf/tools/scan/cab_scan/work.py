@@ -1,7 +1,7 @@
 """What goes to workers and what comes back: plain data."""
 
 import dataclasses
-from typing import Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .printable import table_text
 
@@ -12,6 +12,10 @@ BAD = "bad"  # the file is refused: the same bytes give the same answer
 LOST = "lost"  # unreadable, out of memory, or the worker died: another run tries again
 
 Links = Tuple[Tuple[int, int], ...]
+
+
+class ClusterError(Exception):
+    """There are no workers, or they are not those that are wanted."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,7 +56,7 @@ class TestOptions:
 
     min_depth: float = 0.0
     gap: int = 0
-    hops: int = 0
+    hops: int = 2
     intervals: bool = True
     loader: str = ""
     loader_sha256: str = ""
@@ -183,3 +187,7 @@ class Report(NamedTuple):
 
     versions: Tuple[Tuple[str, str], ...]
     rows: List[Row]
+
+
+# Runs items on workers until each has its rows, which the function given to it writes down.
+Dispatch = Callable[[Sequence[Item], Callable[[List[Row]], None]], None]

@@ -45,14 +45,14 @@ def runs_of(hits):
 @pytest.mark.parametrize("exact", ["convex", "none"])
 def test_self_penetration_is_that_of_the_command(scan, quick, exact):
     write_corpus(scan.folder / "corpus", 6, frames=70)
-    assert quick("self", "corpus", "--policies", f"exact={exact}").code == 0
+    assert quick("self", "corpus", "--policies", f"exact={exact}", "--csv", "scan.csv").code == 0
     rows = scan.rows()
     assert len(rows) == 6 and rows[0]["file"] == "corpus/left/clip0001.bvh"
     with open(scan.folder / "scan.contacts.csv", newline="", encoding="utf-8") as file:
         contacts = list(csv.DictReader(file))
     for row in rows:
         out = scan.folder / "hits.csv"
-        run_command("run", scan.folder / row["file"], "--self", "--hops", 0, "--exact", exact, "--hits", out)
+        run_command("run", scan.folder / row["file"], "--self", "--exact", exact, "--hits", out)
         hits = read_hits(out)
         assert len(hits) > 20
         assert (row["hits"], row["hit_frames"]) == (len(hits), len({frame for frame, *_ in hits}))
@@ -69,7 +69,8 @@ def test_rows_are_those_of_the_module_whatever_the_chunks(scan, quick):
     # Longer than a chunk of frames, so that contacts go on over borders.
     angles = [abs(frame % 400 - 200) * 0.65 for frame in range(9000)]
     (scan.folder / "long.bvh").write_text(arm_bvh(angles))
-    assert quick("self", "long.bvh", "--gap", "2", "--min-depth", "0.002").code == 0
+    words = ["--hops", "0", "--gap", "2", "--min-depth", "0.002", "--csv", "scan.csv"]
+    assert quick("self", "long.bvh", *words).code == 0
     (row,) = scan.rows()
     motion = cab.load_motion(scan.folder / "long.bvh")
     clip = cab.Clip(motion.body, motion.poses, fps=motion.fps)
@@ -89,11 +90,13 @@ def test_rows_are_those_of_the_module_whatever_the_chunks(scan, quick):
 
 def test_the_table_does_not_depend_on_workers_order_or_isa(scan, quick):
     write_corpus(scan.folder / "corpus", 30)
-    one = scan.here("self", "corpus", "--workers", "1", "--table", "one.sqlite")
-    two = quick("self", "corpus/left", "corpus/right", "--table", "two.sqlite")  # on two workers
+    one = scan.here("self", "corpus", "--workers", "1", "--table", "one.sqlite", "--csv", "one.csv")
+    words = ["--table", "two.sqlite", "--csv", "two.csv"]
+    two = quick("self", "corpus/left", "corpus/right", *words)  # on two workers
     with open(scan.folder / "list.txt", "w", encoding="utf-8") as file:
         file.write("# backwards\n" + "".join(f"{row['file']}\n" for row in reversed(scan.rows("file", "one.sqlite"))))
-    three = scan.here("self", "--list", "list.txt", "--workers", "3", "--table", "three.sqlite")
+    words = ["--table", "three.sqlite", "--csv", "three.csv"]
+    three = scan.here("self", "--list", "list.txt", "--workers", "3", *words)
     assert one.code == two.code == three.code == 0
     assert one.hash == two.hash == three.hash
     read = [(scan.folder / f"{name}.contacts.csv").read_bytes() for name in ("one", "two", "three")]
@@ -136,7 +139,7 @@ def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
     figure = arm_bvh([0, 10, 20])
     for name, factor in (("good", 1), ("a", 90), ("b", 100), ("c", 110), ("long" * 60, 39.4)):
         (scan.folder / f"{name}.bvh").write_text(larger(figure, factor))
-    outcome = quick("self", ".")
+    outcome = quick("self", ".", "--csv", "scan.csv")
     assert outcome.code == 0
     (line,) = outcome.error.splitlines()
     assert line.startswith("cab scan: a.bvh and 3 more files: warning: the figure is 162 m tall, a person is")
@@ -217,7 +220,7 @@ def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick)
 def test_recordings_are_replayed_and_reported(scan, quick):
     figure = arm_bvh([3 * frame % 130 for frame in range(60)])
     (scan.folder / "arm.bvh").write_text(figure.replace("JOINT Left", "JOINT =Left"))  # a formula in a CSV file
-    run_command("run", scan.folder / "arm.bvh", "--self", "--hops", 0, "--record", scan.folder / "arm.cab")
+    run_command("run", scan.folder / "arm.bvh", "--self", "--record", scan.folder / "arm.cab")
     whole = (scan.folder / "arm.cab").read_bytes()
     (scan.folder / "cut.cab").write_bytes(whole[: len(whole) // 2])
     with open(scan.folder / "none.cab", "wb") as file:
@@ -257,7 +260,7 @@ def wrong(request):
     np.savez(scan.folder / "a.npz", half=np.full((2, 3), 0.5, dtype=np.float32), slow=poses, fast=poses[::2].copy())
     monkeypatch.syspath_prepend(str(scan.folder))
     workers.run(exec, f"import sys; sys.path.append({str(scan.folder)!r})")
-    assert quick("self", "a.npz", "--loader", "my_arrays:load").code == 0
+    assert quick("self", "a.npz", "--hops", 0, "--loader", "my_arrays:load").code == 0
     assert {(row["sequence"], row["frames"], row["hits"]) for row in scan.rows()} == {("slow", 10, 4), ("fast", 5, 2)}
     for loader, told in (("my_arrays:nothing", "no sequence"), ("my_arrays:wrong", "cab_scan.Sequence is wanted")):
         outcome = quick("self", "a.npz", "--loader", loader, "--table", "bad.sqlite")

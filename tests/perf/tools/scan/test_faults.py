@@ -43,13 +43,14 @@ def whole(tmp_path_factory, workers):
     """The hash of the table and the contacts of forty clips that nothing disturbs."""
     scan = Scan(tmp_path_factory.mktemp("whole"))
     write_list(scan, ["slow"] * 40)
-    outcome = scan.here("self", "--list", "list.csv", "--loader", _LOADER, workers=workers)
+    words = ["self", "--list", "list.csv", "--loader", _LOADER, "--csv", "scan.csv"]
+    outcome = scan.here(*words, workers=workers)
     return outcome.hash, (scan.folder / "scan.contacts.csv").read_bytes()
 
 
 def test_a_worker_that_is_killed_is_replaced_and_the_table_is_the_same(scan, loader, whole):
     write_list(scan, ["slow"] * 40)
-    words = ["self", "--list", "list.csv", "--loader", loader]
+    words = ["self", "--list", "list.csv", "--loader", loader, "--csv", "scan.csv"]
     process = scan.start(*words)
     wait_for_rows(scan, 10, process)
     os.kill(workers_of(process)[0], signal.SIGKILL)
@@ -283,7 +284,7 @@ def test_a_file_that_may_grow_no_more_keeps_what_is_in_it(scan):
     write_corpus(scan.folder / "corpus", 100)
     outcome = scan("self", "corpus", "--table", "out/scan.sqlite")
     assert outcome.code == 1 and "out/scan.sqlite: No such file or directory" in outcome.error
-    outcome = scan("self", "corpus", preexec_fn=limit_files)
+    outcome = scan("self", "corpus", "--csv", "scan.csv", preexec_fn=limit_files)
     assert outcome.code == 1
     assert "scan.sqlite: database or disk is full" in outcome.error or "disk I/O error" in outcome.error
     there = len(scan.rows())

@@ -170,7 +170,7 @@ def test_strange_files_are_rows_of_their_own(tmp_path, monkeypatch):
     os.mkdir("sub")
     pathlib.Path("sub/11_01.amc").write_text("x")
     os.mkfifo("sub/11.asf")
-    report = tasks.run_items(items_of("."))
+    report = tasks.run_items(items_of("."), str(tmp_path))
     told = {row.key.file: (row.outcome, row.error) for row in report.rows}
     assert all(outcome == "bad" for outcome, _ in told.values())
     for name, words in (
@@ -229,7 +229,7 @@ def test_files_of_any_name_have_a_row_each(scan):
     os.mkdir(folder + b"/sub")
     pathlib.Path(os.fsdecode(folder + b"/sub/p\xff_01.amc")).write_text("x")
     os.mkdir(folder + b"/sub/p\xff.asf")
-    outcome = scan("self", ".", "--workers", 1)
+    outcome = scan("self", ".", "--workers", 1, "--csv", "scan.csv")
     assert outcome.code == 1
     rows = {row["file"]: row for row in scan.rows()}
     assert len(rows) == 9
@@ -260,10 +260,10 @@ def test_what_a_loader_says_cannot_end_the_scan(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     base = table.Table(str(tmp_path / "a.sqlite"))
     for function, told in (("words", "no ? ?[31m ?"), ("leave", "sys.exit(3)"), ("name", "the name None")):
-        (row,) = tasks.run_items(items_of(tmp_path / "a.bvh", loader=f"odd:{function}")).rows
+        (row,) = tasks.run_items(items_of(tmp_path / "a.bvh", loader=f"odd:{function}"), str(tmp_path)).rows
         assert row.outcome == "bad" and told in row.error
         base.add([row])
-    rows = tasks.run_items(items_of(tmp_path / "a.bvh", loader="odd:surrogate")).rows
+    rows = tasks.run_items(items_of(tmp_path / "a.bvh", loader="odd:surrogate"), str(tmp_path)).rows
     assert [row.sequence for row in rows] == ["\\xff", "\\\\xff"]
     rows[0].depth_link_a = "\udcff"  # a link of a loader's body
     base.add(rows)
@@ -670,7 +670,7 @@ def test_a_child_that_the_machine_kills_is_no_fault_of_its_file(tmp_path):
     try:
         with pytest.raises(cab.FileError, match="stopped from outside: Killed") as error:
             cab.load_motion(path)
-        (row,) = tasks.run_items(items_of(path)).rows
+        (row,) = tasks.run_items(items_of(path), str(tmp_path)).rows
     finally:
         stop.set()
         killer.join()
