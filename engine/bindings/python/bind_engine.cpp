@@ -3,57 +3,101 @@
 
 #include <pybind11/stl.h>
 
+#include <string>
+
 namespace cab::python {
 namespace {
 
+// A class of numbers for Python, member by member, whose repr shows those that are not 0.
+template <class Numbers>
+class NumbersClass {
+ public:
+  NumbersClass(py::module_& module, const char* name, const char* doc) : class_(module, name, doc) {
+    class_.attr("__module__") = "cab";
+    class_.def("__repr__", [names = names_, title = std::string("cab.") + name](const py::object& self) {
+      py::list shown;
+      for (const py::handle member : names) {
+        const py::object value = self.attr(member);
+        if (value.cast<double>() == 0) continue;
+        shown.append(py::str(py::isinstance<py::float_>(value) ? "{}={:.6g}" : "{}={}").format(member, value));
+      }
+      return title + "(" + py::str(", ").attr("join")(shown).cast<std::string>() + ")";
+    });
+  }
+
+  template <class Number>
+  NumbersClass& add(const char* name, Number Numbers::*member, const char* doc) {
+    class_.def_readonly(name, member, doc);
+    names_.append(name);
+    return *this;
+  }
+
+ private:
+  py::class_<Numbers> class_;
+  py::list names_;
+};
+
 void bind_stats(py::module_& module) {
-  py::class_<FrameStats>(module, "FrameStats")
-      .def_readonly("candidates", &FrameStats::candidates)
-      .def_readonly("box_tests", &FrameStats::box_tests)
-      .def_readonly("leaf_pairs", &FrameStats::leaf_pairs)
-      .def_readonly("exact_tests", &FrameStats::exact_tests)
-      .def_readonly("false_positives", &FrameStats::false_positives)
-      .def_readonly("instances_masked", &FrameStats::instances_masked)
-      .def_readonly("instances_beyond_bounds", &FrameStats::instances_beyond_bounds)
-      .def_readonly("instances_resting", &FrameStats::instances_resting)
-      .def_readonly("hits_kept", &FrameStats::hits_kept)
-      .def_readonly("leaves_skinned", &FrameStats::leaves_skinned)
-      .def_readonly("leaves_replaced", &FrameStats::leaves_replaced)
-      .def_readonly("instances_posed", &FrameStats::instances_posed)
-      .def_readonly("candidates_apart", &FrameStats::candidates_apart)
-      .def_readonly("seconds_update", &FrameStats::seconds_update)
-      .def_readonly("seconds_broad", &FrameStats::seconds_broad)
-      .def_readonly("seconds_test", &FrameStats::seconds_test)
-      .def_readonly("seconds_query", &FrameStats::seconds_query)
-      .def_readonly("seconds_contact", &FrameStats::seconds_contact)
-      .def_readonly("seconds_total", &FrameStats::seconds_total)
-      .def_readonly("seconds_bound", &FrameStats::seconds_bound)
-      .def_readonly("seconds_sort", &FrameStats::seconds_sort)
-      .def_readonly("seconds_filter", &FrameStats::seconds_filter)
-      .def_readonly("seconds_write", &FrameStats::seconds_write);
-  py::class_<QueryStats>(module, "QueryStats")
-      .def_readonly("nodes", &QueryStats::nodes)
-      .def_readonly("instances", &QueryStats::instances)
-      .def_readonly("leaf_tests", &QueryStats::leaf_tests)
-      .def_readonly("exact_tests", &QueryStats::exact_tests)
-      .def_readonly("leaves_skinned", &QueryStats::leaves_skinned)
-      .def_readonly("leaves_replaced", &QueryStats::leaves_replaced)
-      .def_readonly("instances_posed", &QueryStats::instances_posed)
-      .def_readonly("instances_masked", &QueryStats::instances_masked)
-      .def_readonly("clamped", &QueryStats::clamped)
-      .def_readonly("seconds_bound", &QueryStats::seconds_bound)
-      .def_readonly("seconds_index", &QueryStats::seconds_index)
-      .def_readonly("seconds_search", &QueryStats::seconds_search)
-      .def_readonly("seconds_total", &QueryStats::seconds_total);
-  py::class_<EngineMemory>(module, "Memory")
-      .def_readonly("articulations", &EngineMemory::articulations)
-      .def_readonly("batches", &EngineMemory::batches)
-      .def_readonly("workers", &EngineMemory::workers)
-      .def_readonly("rows", &EngineMemory::rows)
-      .def_readonly("hits", &EngineMemory::hits)
-      .def_readonly("queries", &EngineMemory::queries)
-      .def_readonly("histories", &EngineMemory::histories)
-      .def_readonly("total", &EngineMemory::total);
+  NumbersClass<FrameStats>(module, "FrameStats",
+                           "What a frame did. Counts, and seconds as sums over threads, but for seconds_total.")
+      .add("candidates", &FrameStats::candidates,
+           "Pairs of characters whose bounds overlap, and characters tested within.")
+      .add("box_tests", &FrameStats::box_tests, "Overlap tests of two boxes, inner ones and those of links.")
+      .add("leaf_pairs", &FrameStats::leaf_pairs, "Pairs of boxes of links that overlap.")
+      .add("exact_tests", &FrameStats::exact_tests, "Of these the ones that went to the exact test.")
+      .add("false_positives", &FrameStats::false_positives, "Exact tests that found the two apart.")
+      .add("instances_masked", &FrameStats::instances_masked, "Characters that took no part; `Posed.flags` says which.")
+      .add("instances_beyond_bounds", &FrameStats::instances_beyond_bounds,
+           "Characters whose boxes leave the `bounds` that were given.")
+      .add("instances_resting", &FrameStats::instances_resting,
+           "Characters and static bodies that were not bounded again.")
+      .add("hits_kept", &FrameStats::hits_kept, "Hits of two that rest, taken over from the last frame.")
+      .add("leaves_skinned", &FrameStats::leaves_skinned,
+           "How often triangles of a box were skinned; depends on the threads.")
+      .add("leaves_replaced", &FrameStats::leaves_replaced,
+           "Of these, in the place of another box that had been skinned.")
+      .add("instances_posed", &FrameStats::instances_posed,
+           "How often a character was posed again for tests; depends on the threads.")
+      .add("candidates_apart", &FrameStats::candidates_apart,
+           "Candidates without two boxes of links whose bounds overlap.")
+      .add("seconds_update", &FrameStats::seconds_update, "Posing, and boxes from poses.")
+      .add("seconds_broad", &FrameStats::seconds_broad, "Finding characters whose bounds overlap.")
+      .add("seconds_test", &FrameStats::seconds_test, "Testing boxes against each other.")
+      .add("seconds_query", &FrameStats::seconds_query, "Exact tests, reporting hits, and contacts.")
+      .add("seconds_contact", &FrameStats::seconds_contact, "Contacts, which seconds_query includes.")
+      .add("seconds_total", &FrameStats::seconds_total, "Wall time of the call.")
+      .add("seconds_bound", &FrameStats::seconds_bound, "Of seconds_update: posing every character for its bounds.")
+      .add("seconds_sort", &FrameStats::seconds_sort, "Of seconds_broad: sorting.")
+      .add("seconds_filter", &FrameStats::seconds_filter, "Of seconds_test: comparing the bounds of boxes of links.")
+      .add("seconds_write", &FrameStats::seconds_write, "Of seconds_query: writing the hits in their order.");
+  NumbersClass<QueryStats>(
+      module, "QueryStats",
+      "What a call with queries did. Counts, and seconds as sums over threads, but for seconds_total.")
+      .add("nodes", &QueryStats::nodes, "Nodes of the index that were compared with a query, sixteen bounds at a time.")
+      .add("instances", &QueryStats::instances, "Characters whose bounds a query met.")
+      .add("leaf_tests", &QueryStats::leaf_tests, "Boxes of links that a query may meet.")
+      .add("exact_tests", &QueryStats::exact_tests, "Of these the ones whose exact shapes were tested.")
+      .add("leaves_skinned", &QueryStats::leaves_skinned,
+           "How often triangles of a box were skinned; depends on the threads.")
+      .add("leaves_replaced", &QueryStats::leaves_replaced,
+           "Of these, in the place of another box that had been skinned.")
+      .add("instances_posed", &QueryStats::instances_posed,
+           "How often characters were posed for tests; depends on the threads.")
+      .add("instances_masked", &QueryStats::instances_masked, "Characters that took no part.")
+      .add("clamped", &QueryStats::clamped, "How often a query's time was before or after all that a history has.")
+      .add("seconds_bound", &QueryStats::seconds_bound, "Posing characters for their bounds.")
+      .add("seconds_index", &QueryStats::seconds_index, "Making the index.")
+      .add("seconds_search", &QueryStats::seconds_search, "Everything that is done per query.")
+      .add("seconds_total", &QueryStats::seconds_total, "Wall time of the call.");
+  NumbersClass<EngineMemory>(module, "Memory", "How many bytes the engine of a world holds for what.")
+      .add("articulations", &EngineMemory::articulations, "Bodies: joints, boxes, shapes.")
+      .add("batches", &EngineMemory::batches, "Bounds of characters, and static bodies.")
+      .add("workers", &EngineMemory::workers, "Boxes and lists of the threads.")
+      .add("rows", &EngineMemory::rows, "Rows and strips of characters, for finding neighbours.")
+      .add("hits", &EngineMemory::hits, "Hits, until they are written.")
+      .add("queries", &EngineMemory::queries, "The index of characters, and what is kept per query.")
+      .add("histories", &EngineMemory::histories, "The moments that are kept.")
+      .add("total", &EngineMemory::total, "All of these, and what rules take.");
 }
 
 }  // namespace

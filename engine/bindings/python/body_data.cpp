@@ -227,6 +227,67 @@ py::object rest_pose_of(const BodyData& body) {
   return py::none();
 }
 
+// The numbers of an array of a pickle.
+template <class T>
+Span<const T> span_in(const py::object& array) {
+  return span_of<const T>(array, {"a pickled body", {-1}, "(n,)"});
+}
+
+// All that `from_state` makes the same body of.
+py::tuple state_of(const BodyData& body) {
+  const ArticulationDesc& desc = body.desc();
+  const std::size_t links = desc.link_parents.size;
+  py::list leaf_links, triangles, pairs;
+  for (const Leaf& leaf : desc.leaves) {
+    leaf_links.append(leaf.link);
+    triangles.append(copy_of(leaf.triangles));
+  }
+  for (const LinkPair& pair : desc.ignored_pairs) pairs.append(py::make_tuple(pair.a, pair.b));
+  py::object pose = py::none();
+  if (desc.rest_pose.data) {
+    const std::size_t floats = links * pose_bytes(desc.rest_pose.format) / sizeof(float);
+    pose = py::make_tuple(static_cast<int>(desc.rest_pose.format), desc.rest_pose.has_scale,
+                          copy_of(Span<const float>(desc.rest_pose.data, floats)));
+  }
+  return py::make_tuple(copy_of(desc.link_parents), copy_of(desc.link_joints), leaf_links, boxes_of(body),
+                        parts_of(body), triangles, pairs, desc.ignored_hops, pose, desc.skin.influence_count,
+                        copy_of(desc.skin.vertices), copy_of(desc.skin.influence_links),
+                        copy_of(desc.skin.influence_weights), copy_of(desc.skin.inverse_bind));
+}
+
+std::unique_ptr<BodyData> from_state(const py::tuple& state) {
+  ArticulationDesc desc;
+  desc.link_parents = span_in<std::int32_t>(state[0]);
+  desc.link_joints = span_in<float>(state[1]);
+  const auto leaf_links = state[2].cast<std::vector<std::uint32_t>>();
+  const auto leaf_count = static_cast<py::ssize_t>(leaf_links.size());
+  const py::array boxes = checked(state[3], box_dtype(), {"a pickled body", {leaf_count}, "(boxes,)"});
+  const PartList parts(state[4], leaf_links.size());
+  const py::list triangles = state[5];
+  std::vector<Leaf> leaves(leaf_links.size());
+  for (std::size_t k = 0; k < leaves.size(); ++k)
+    leaves[k] = {leaf_links[k], static_cast<const Box*>(boxes.data())[k], parts.of_leaf(k),
+                 span_in<std::uint32_t>(triangles[k])};
+  desc.leaves = leaves;
+  std::vector<LinkPair> pairs;
+  for (const auto& [a, b] : state[6].cast<std::vector<std::pair<std::uint32_t, std::uint32_t>>>())
+    pairs.push_back({a, b});
+  desc.ignored_pairs = pairs;
+  desc.ignored_hops = state[7].cast<std::uint32_t>();
+  if (!state[8].is_none()) {
+    const py::tuple pose = state[8];
+    desc.rest_pose.format = static_cast<PoseFormat>(pose[0].cast<int>());
+    desc.rest_pose.has_scale = pose[1].cast<bool>();
+    const Span<const float> numbers = span_in<float>(pose[2]);
+    if (numbers.size * sizeof(float) != desc.link_parents.size * pose_bytes(desc.rest_pose.format))
+      throw py::value_error("a pickled body: its rest pose has another number of links");
+    desc.rest_pose.data = numbers.data;
+  }
+  desc.skin = {span_in<float>(state[10]), state[9].cast<std::uint32_t>(), span_in<std::uint32_t>(state[11]),
+               span_in<float>(state[12]), span_in<float>(state[13])};
+  return std::make_unique<BodyData>(desc);
+}
+
 py::array fitted_box(const py::object& vertices) {
   const auto numbers = span_of<const float>(vertices, {"vertices", {-1, 3}, "(n, 3)"});
   py::array boxes = empty_array(box_dtype(), 1);
@@ -350,6 +411,7 @@ void bind_body_data(py::module_& module) {
                                return py::make_tuple(copy_of(skin.vertices), copy_of(skin.influence_links),
                                                      copy_of(skin.influence_weights), copy_of(skin.inverse_bind));
                              })
+      .def(py::pickle(&state_of, &from_state))
       .def("ignoring", &ignoring)
       .def_property_readonly("rest_pose", &rest_pose_of)
       .def_property_readonly("ignored_hops", [](const BodyData& body) { return body.desc().ignored_hops; });

@@ -74,6 +74,8 @@ class BuildWithCMake(build_py):
         arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCAB_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
         # Said each time, so that what CMAKE_ARGS said for an earlier build does not stay.
         arguments += ["-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
+        if importlib.util.find_spec("pybind11"):  # pip's own, which CMake does not find; Debian's has no module
+            arguments.append(f"-Dpybind11_DIR={importlib.import_module('pybind11').get_cmake_dir()}")
         if not (folder / "CMakeCache.txt").exists():
             arguments += ["-DCAB_BUILD_TESTS=OFF"]
             if shutil.which("ninja"):

@@ -48,10 +48,24 @@ std::vector<std::string> available_isas() {
   return names;
 }
 
+// pybind11 before 2.12 reads the dtypes of NumPy 2 wrongly.
+constexpr bool kKnowsNumPy2 = PYBIND11_VERSION_HEX >= 0x020C0000;
+
+// Raises ImportError for a NumPy that this module does not know.
+void require_known_numpy() {
+  const auto numpy = py::module_::import("numpy").attr("__version__").cast<std::string>();
+  if (kKnowsNumPy2 || std::stoi(numpy) < 2) return;
+  throw py::import_error("cab was built with pybind11 " + std::to_string(PYBIND11_VERSION_MAJOR) + "." +
+                         std::to_string(PYBIND11_VERSION_MINOR) + ", which does not know NumPy " + numpy +
+                         ": install numpy<2, or build cab with pybind11 2.12 or newer");
+}
+
 }  // namespace
 
 PYBIND11_MODULE(_cab, module) {
+  require_known_numpy();
   module.doc() = "The engine of cab. Use the package cab, not this module.";
+  module.attr("knows_numpy_2") = kKnowsNumPy2;
   module.attr("hit_dtype") = hit_dtype();
   module.attr("contact_dtype") = contact_dtype();
   module.attr("touching_triangles_dtype") = touching_triangles_dtype();

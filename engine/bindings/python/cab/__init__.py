@@ -23,7 +23,12 @@ from ._policies import Policies, PolicyField, policy_table, presets
 from ._queries import Answers, Queries, boxes, capsules, points, rays, regions, spheres
 from ._shape import Shape
 from ._status import Status
+from ._table import Table
 from ._world import Batch, Frame, History, Posed, World
+
+FrameStats = _cab.FrameStats
+Memory = _cab.Memory
+QueryStats = _cab.QueryStats
 
 HIT = _cab.hit_dtype
 CONTACT = _cab.contact_dtype
@@ -87,12 +92,14 @@ __all__ = [
     "Error",
     "FileError",
     "Frame",
+    "FrameStats",
     "HIT",
     "History",
     "INTERVAL",
     "InputError",
     "MAX_FILE_BYTES",
     "MaskedWarning",
+    "Memory",
     "Motion",
     "NEAREST",
     "OutOfMemory",
@@ -103,6 +110,7 @@ __all__ = [
     "QUERY_HIT",
     "QUERY_LINK",
     "Queries",
+    "QueryStats",
     "Robot",
     "Shape",
     "STATE_HIT",
@@ -110,6 +118,7 @@ __all__ = [
     "TOUCHING_TRIANGLES",
     "SkinnedBody",
     "Status",
+    "Table",
     "UnsupportedError",
     "Variable",
     "World",

@@ -1,5 +1,7 @@
 """Types of arrays, and small arrays from what Python programs have at hand. Poses are never converted."""
 
+from __future__ import annotations
+
 from typing import Any, Sequence, Tuple, Union
 
 import numpy as np
@@ -7,6 +9,8 @@ import numpy.typing as npt
 
 Float32Array = npt.NDArray[np.float32]
 Float64Array = npt.NDArray[np.float64]
+Int32Array = npt.NDArray[np.int32]
+UInt8Array = npt.NDArray[np.uint8]
 UInt32Array = npt.NDArray[np.uint32]
 BoolArray = npt.NDArray[np.bool_]
 ArrayLike = npt.ArrayLike
@@ -37,7 +41,7 @@ def small_array(
     if given.size == 0 and given.dtype == np.float64:
         given = given.astype(dtype)
     kind = np.dtype(dtype).kind
-    if given.dtype.kind not in ("iu" if kind in "iu" else "fiu"):
+    if given.dtype.kind not in {"i": "iu", "u": "iu", "b": "b"}.get(kind, "fiu"):
         raise TypeError(f"{name}: {np.dtype(dtype)} of shape {words} is wanted, and {given.dtype} is given")
     if kind in "iu" and given.size and (given.min() < np.iinfo(dtype).min or given.max() > np.iinfo(dtype).max):
         raise ValueError(f"{name}: a number is out of the range of {np.dtype(dtype)}")
@@ -47,3 +51,10 @@ def small_array(
     if array.ndim != len(shape) or any(s is not None and s != n for s, n in zip(shape, array.shape)):
         raise ValueError(f"{name}: {np.dtype(dtype)} of shape {words} is wanted, and the shape {array.shape} is given")
     return array
+
+
+def borrowed(value: Any, dtype: Any, name: str, shape: Sequence[Union[int, None]], words: str) -> Any:
+    """An array, or None, as it is, since it is borrowed; of a list and other sequences a small array."""
+    if value is None or isinstance(value, np.ndarray):
+        return value
+    return small_array(value, dtype, name, shape, words)

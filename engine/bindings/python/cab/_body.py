@@ -1,12 +1,15 @@
 """Bodies: links, joints and boxes of one kind of character."""
 
+from __future__ import annotations
+
 import hashlib
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, Float32Array, StructuredArray, UInt32Array, small_array, unmasked
+from ._arrays import ArrayLike, Float32Array, Int32Array, StructuredArray, UInt32Array, small_array, unmasked
+from ._options import Order, SkinKind
 from ._shape import Shape
 
 ShapesLike = Union[Shape, Sequence[Shape], None]
@@ -87,9 +90,9 @@ class Body:
         names: Optional[Sequence[str]] = None,
         ignored_pairs: Optional[ArrayLike] = None,
         ignored_hops: int = 0,
-        rest_pose: Optional[Float32Array] = None,
-        order: str = "row",
-    ) -> "Body":
+        rest_pose: Optional[ArrayLike] = None,
+        order: Order = "row",
+    ) -> Body:
         """A body of boxes that are fixed to links.
 
         parents        (links,) integers: the index of each link's parent, lower than its own, or -1 for a root.
@@ -103,11 +106,10 @@ class Body:
         names          a name per link, for messages.
         ignored_pairs  (pairs, 2) integers: links that are never reported against each other within a character.
         ignored_hops   links at most so many joints apart are ignored likewise: with 1 a link and its parent.
-        rest_pose      poses of all links, float32 (links, 7), (links, 3, 4) or (links, 4, 4): links whose boxes touch
-                       in it are ignored likewise. `order` is that of `World.run`.
+        rest_pose      poses of all links (links, 7), (links, 3, 4) or (links, 4, 4): links whose boxes touch in it are
+                       ignored likewise. `order` is that of `World.run`.
 
-        Raises TypeError and ValueError for arrays that do not fit. Numbers that make no body raise `InputError` when
-        the body is added to a world.
+        Raises TypeError and ValueError for arrays that do not fit, and `InputError` for numbers that make no body.
         """
         parent_array = small_array(parents, "i4", "parents", (None,), "(links,)")
         boxes = box_array(half, center, axes)
@@ -129,6 +131,7 @@ class Body:
             parent_array, joint_array, link_array, boxes, shape_rows(shapes, n), pairs, ignored_hops, pose,
             is_column(order),
         )
+        require_sound(data)
         return cls(data, names)
 
     @classmethod
@@ -140,8 +143,8 @@ class Body:
         names: Optional[Sequence[str]] = None,
         stature: float = 0,
         thickness: float = 1,
-        order: str = "row",
-    ) -> "Body":
+        order: Order = "row",
+    ) -> Body:
         """A body of human thickness about the bones of a skeleton. All joints are links; some have no box.
 
         parents    (joints,) integers: each joint's parent, lower than its own index, or -1 for the first joint.
@@ -186,14 +189,14 @@ class Body:
         triangles: Optional[ArrayLike] = None,
         bone_joints: Optional[ArrayLike] = None,
         names: Optional[Sequence[str]] = None,
-        kinds: Sequence[str] = ("hull",),
+        kinds: Sequence[SkinKind] = ("hull",),
         max_hull_vertices: int = 40,
         leaves_per_link: int = 1,
         inflate: bool = False,
         least_reach: float = 0,
         kept_joints: Optional[ArrayLike] = None,
-        order: str = "row",
-    ) -> "SkinnedBody":
+        order: Order = "row",
+    ) -> SkinnedBody:
         """A body about the mesh of a skinned character, for when it is loaded: milliseconds to seconds.
 
         parents       (joints,) integers: each joint's parent, lower than its own index, or -1 for a root.
@@ -213,16 +216,19 @@ class Body:
         unknown = [kind for kind in kinds if kind not in _SKIN_KINDS]
         if unknown or not kinds:
             raise ValueError(f"kinds: {unknown or kinds!r} is none of {', '.join(_SKIN_KINDS)}")
-        data = _cab.from_skin(
-            sum({_SKIN_KINDS[kind] for kind in kinds}),
-            max_hull_vertices,
-            leaves_per_link,
-            inflate,
-            least_reach,
-            small_array(() if kept_joints is None else kept_joints, "u4", "kept_joints", (None,), "(k,)"),
-            **_skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
+        recipe = _Recipe(
+            "from_skin",
+            (
+                sum({_SKIN_KINDS[kind] for kind in kinds}),
+                max_hull_vertices,
+                leaves_per_link,
+                inflate,
+                least_reach,
+                small_array(() if kept_joints is None else kept_joints, "u4", "kept_joints", (None,), "(k,)"),
+            ),
+            _skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
         )
-        return SkinnedBody(data, None if names is None else [names[joint] for joint in data.joints])
+        return SkinnedBody._made_by(recipe, names)
 
     @classmethod
     def from_surface(
@@ -238,8 +244,8 @@ class Body:
         bone_joints: Optional[ArrayLike] = None,
         names: Optional[Sequence[str]] = None,
         most_triangles: int = 128,
-        order: str = "row",
-    ) -> "SkinnedBody":
+        order: Order = "row",
+    ) -> SkinnedBody:
         """The mesh of a skinned character itself, whose triangles follow every pose by a linear blend.
 
         Arguments are those of `from_skin`. `exact="surface"` tests the triangles; without it boxes that hold them are
@@ -247,19 +253,22 @@ class Body:
 
         A skin without triangles is a ValueError.
         """
-        data = _cab.from_surface(
-            most_triangles,
-            **_skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
+        recipe = _Recipe(
+            "from_surface",
+            (most_triangles,),
+            _skin_arrays(parents, poses, vertices, triangles, bones, weights, inverse_bind, bone_joints, order),
         )
-        return SkinnedBody(data, None if names is None else [names[joint] for joint in data.joints])
+        return SkinnedBody._made_by(recipe, names)
 
-    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "Body":
+    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> Body:
         """The same body with more pairs of links ignored: `pairs` (n, 2), and links at most `hops` joints apart."""
         return Body(self._ignoring(pairs, hops), self._names)
 
     def _ignoring(self, pairs: Optional[ArrayLike], hops: int) -> _cab.BodyData:
         more = small_array(() if pairs is None else pairs, "u4", "pairs", (None, 2), "(n, 2)")
-        return self._data.ignoring(more, hops)
+        data = self._data.ignoring(more, hops)
+        require_sound(data)
+        return data
 
     def sha256(self) -> str:
         """SHA-256 of links, joints, boxes, shapes, surface and ignored pairs, in hexadecimal digits."""
@@ -283,7 +292,7 @@ class Body:
         return self._names
 
     @property
-    def parents(self) -> "np.ndarray[Any, np.dtype[np.int32]]":
+    def parents(self) -> Int32Array:
         """(links,) int32: the parent of each link, or -1."""
         return self._data.parents
 
@@ -317,8 +326,11 @@ class Body:
         """(pairs, 2) uint32: the pairs of links that were given, or made, to be ignored."""
         return self._data.ignored_pairs
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return Body, (self._data, self._names)
+
     def __repr__(self) -> str:
-        return f"cab.Body({self.link_count} links, {len(self.box_links)} boxes)"
+        return f"cab.{type(self).__name__}({self.link_count} links, {len(self.box_links)} boxes)"
 
 
 def _skin_arrays(
@@ -330,7 +342,7 @@ def _skin_arrays(
     weights: ArrayLike,
     inverse_bind: Float32Array,
     bone_joints: Optional[ArrayLike],
-    order: str,
+    order: Order,
 ) -> Dict[str, Any]:
     parent_array = small_array(parents, "i4", "parents", (None,), "(joints,)")
     matrices = np.asarray(unmasked(poses, "poses"))
@@ -354,21 +366,45 @@ def _skin_arrays(
     }
 
 
-class SkinnedBody(Body):
-    """A body that `Body.from_skin` or `Body.from_surface` made. `joints` says which joints have a link."""
+class _Recipe(NamedTuple):
+    # The call of the extension module that makes bodies of a skin, and what it is given.
+    call: str
+    rules: Tuple[Any, ...]
+    arrays: Dict[str, Any]
 
-    __slots__ = ("_skin",)
+    def make(self) -> _cab.SkinData:
+        made: _cab.SkinData = getattr(_cab, self.call)(*self.rules, **self.arrays)
+        return made
+
+
+class SkinnedBody(Body):
+    """A body that `Body.from_skin` or `Body.from_surface` made. `joints` says which joints have a link.
+
+    It keeps the arrays that it is made of. A pickle holds them, and what reads it makes the body anew.
+    """
+
+    __slots__ = ("_skin", "_recipe")
 
     def __init__(
-        self, skin: _cab.SkinData, names: Optional[Sequence[str]], data: Optional[_cab.BodyData] = None
+        self, skin: _cab.SkinData, names: Optional[Sequence[str]], data: _cab.BodyData, recipe: _Recipe
     ) -> None:
         """For `Body.from_skin` and `Body.from_surface`."""
-        super().__init__(skin.body if data is None else data, names)
+        super().__init__(data, names)
         self._skin = skin
+        self._recipe = recipe
 
-    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> "SkinnedBody":
+    @classmethod
+    def _made_by(cls, recipe: _Recipe, joint_names: Optional[Sequence[str]]) -> SkinnedBody:
+        skin = recipe.make()
+        names = None if joint_names is None else [joint_names[joint] for joint in skin.joints]
+        return cls(skin, names, skin.body, recipe)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _skinned_body, (self._recipe, self._names, self._data)
+
+    def ignoring(self, pairs: Optional[ArrayLike] = None, hops: int = 0) -> SkinnedBody:
         """As `Body.ignoring`: joints and poses of links stay."""
-        return SkinnedBody(self._skin, self._names, self._ignoring(pairs, hops))
+        return SkinnedBody(self._skin, self._names, self._ignoring(pairs, hops), self._recipe)
 
     @property
     def joints(self) -> UInt32Array:
@@ -381,11 +417,20 @@ class SkinnedBody(Body):
         ends = np.cumsum([len(triangles) for triangles in self.triangles])
         return np.split(self._skin.source_triangles, ends[:-1]) if self.is_surface else []
 
-    def link_poses(self, matrices: ArrayLike, order: str = "row") -> Float32Array:
+    def link_poses(self, matrices: ArrayLike, order: Order = "row") -> Float32Array:
         """Poses (frames, links, 7) from the matrices of all joints (frames, joints, 4, 4), without scale and shear."""
         return self._skin.link_poses(
             by_columns(matrices, "matrices", (None, None, 4, 4), "(frames, joints, 4, 4)", order)
         )
+
+
+def _skinned_body(recipe: _Recipe, names: Sequence[str], data: _cab.BodyData) -> SkinnedBody:
+    return SkinnedBody(recipe.make(), names, data, recipe)
+
+
+def require_sound(data: _cab.BodyData) -> None:
+    """Raises `InputError` for a body that no world takes."""
+    _cab.Engine("scalar", 1).add_articulation(data)
 
 
 def _add_to_digest(digest: "hashlib._Hash", value: Any) -> None:
@@ -399,21 +444,20 @@ def _add_to_digest(digest: "hashlib._Hash", value: Any) -> None:
 _SKIN_KINDS = {"hull": 1, "box": 2, "capsule": 4, "sphere": 8, "ellipsoid": 16}
 
 
-def by_columns(matrices: Any, name: str, shape: Sequence[Optional[int]], words: str, order: str) -> Float32Array:
+def by_columns(matrices: Any, name: str, shape: Sequence[Optional[int]], words: str, order: Order) -> Float32Array:
     """Matrices as a packed array that is indexed by column, then row."""
     array: Float32Array = small_array(matrices, "f4", name, shape, words)
     return array if is_column(order) else np.ascontiguousarray(np.swapaxes(array, -1, -2))
 
 
-def is_column(order: str) -> bool:
+def is_column(order: Order) -> bool:
     """Whether matrices are indexed by column, then row."""
     if order not in ("row", "column"):
         raise ValueError(f"order: 'row' or 'column' is wanted, and {order!r} is given")
     return order == "column"
 
 
-def one_pose(pose: Any) -> Any:
-    """A pose of all links as poses of one instance, without a copy."""
-    if not isinstance(pose, np.ndarray):
-        raise TypeError(f"rest_pose: an array of float32 is wanted, and {type(pose).__name__} is given")
-    return pose[np.newaxis]
+def one_pose(pose: ArrayLike) -> Any:
+    """A pose of all links as poses of one instance; that of an array is not copied."""
+    given = pose if isinstance(pose, np.ndarray) else np.asarray(pose, dtype=np.float32)
+    return given[np.newaxis]

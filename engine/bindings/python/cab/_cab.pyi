@@ -14,6 +14,7 @@ query_plane_dtype: "np.dtype[np.void]"
 query_hit_dtype: "np.dtype[np.void]"
 query_link_dtype: "np.dtype[np.void]"
 box_dtype: "np.dtype[np.void]"
+knows_numpy_2: bool
 
 def version() -> str: ...
 def abi_version() -> int: ...

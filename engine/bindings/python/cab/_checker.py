@@ -1,5 +1,7 @@
 """Collision checks of robots: which states of the joints collide, and what touches in them."""
 
+from __future__ import annotations
+
 from typing import List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
@@ -7,7 +9,9 @@ import numpy as np
 from . import _cab
 from ._arrays import ArrayLike, BoolArray, Float64Array, StructuredArray, small_array
 from ._body import Body
-from ._files import Robot
+from ._files import Robot, StatesLike, state_array
+from ._options import Isa
+from ._table import Table, table_of
 
 STATE_HIT = np.dtype([("state", "u4"), ("fixed", "i4"), ("link_a", "u4"), ("link_b", "u4"), ("depth", "f4")])
 
@@ -110,9 +114,10 @@ class CollisionChecker:
     threads  how many threads calls run on; 0: all cores.
     isa      the instruction set, one of `cab.isas()`, or "auto".
 
-    Shapes are tested exactly, sixteen states at a time. Any thread may call; one call runs at a time. Bodies with
-    triangles (`Robot` with shapes="surface") have no depths and no distances: `hits` with depths, `clearance` and
-    `distances` raise an error where there is one, and padding is for robots without.
+    Shapes are tested exactly, sixteen states at a time. Any thread may call; one call runs at a time. States are given
+    as to `Robot`: (n, variables), one state, or by names. Bodies with triangles (`Robot` with shapes="surface") have no
+    depths and no distances: `hits` with depths, `clearance` and `distances` raise an error where there is one, and
+    padding is for robots without.
     """
 
     __slots__ = ("_checker", "_fixed", "_links", "_variables")
@@ -126,7 +131,7 @@ class CollisionChecker:
         padding: Union[float, Mapping[str, float]] = 0.0,
         attached: Sequence[Attached] = (),
         threads: int = 1,
-        isa: str = "auto",
+        isa: Isa = "auto",
     ) -> None:
         if ignored is None:
             allowed = robot.allowed_collisions()
@@ -135,7 +140,7 @@ class CollisionChecker:
         held = _held_rows(body.names, attached)
         lengths = _padding_of(body.names, held, padding)
         self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin, lengths, held)
-        self._variables = len(robot.variables)
+        self._variables = robot.variables
         self._links = (*body.names, *(row[0] for row in held))
         self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all
 
@@ -162,7 +167,7 @@ class CollisionChecker:
         self._checker.add_points(small_array(points, "f4", "points", (None, 3), "(n, 3)"), radius)
         self._fixed.append(name)
 
-    def collides(self, states: ArrayLike) -> BoolArray:
+    def collides(self, states: StatesLike) -> BoolArray:
         """(n,) bool: whether any tested links touch in each of the states (n, variables).
 
         A state is done at its first touching pair, so this is faster than `hits`. A state with a number that is not
@@ -170,7 +175,7 @@ class CollisionChecker:
         """
         return self._checker.collides(self._states(states))
 
-    def hits(self, states: ArrayLike, *, depths: bool = False) -> StructuredArray:
+    def hits(self, states: StatesLike, *, depths: bool = False) -> StructuredArray:
         """The touching pairs of links of the states (n, variables): `cab.STATE_HIT`, sorted by state.
 
         state           index of the state
@@ -180,7 +185,7 @@ class CollisionChecker:
         """
         return self._checker.hits(self._states(states), depths)
 
-    def clearance(self, states: ArrayLike, most: float = 1.0) -> Float64Array:
+    def clearance(self, states: StatesLike, most: float = 1.0) -> Float64Array:
         """(n,): the distance of the nearest two tested links in each of the states (n, variables), in metres.
 
         most  how far to look: where no links are as near it is infinite, and less is faster.
@@ -192,15 +197,15 @@ class CollisionChecker:
 
     @overload
     def distances(
-        self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...
+        self, states: StatesLike, most: float = ..., *, gradients: Literal[False] = ...
     ) -> StructuredArray: ...
     @overload
     def distances(
-        self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]
+        self, states: StatesLike, most: float = ..., *, gradients: Literal[True]
     ) -> Tuple[StructuredArray, Float64Array]: ...
 
     def distances(
-        self, states: ArrayLike, most: float = 1.0, *, gradients: bool = False
+        self, states: StatesLike, most: float = 1.0, *, gradients: bool = False
     ) -> Union[StructuredArray, Tuple[StructuredArray, Float64Array]]:
         """The nearest two tested links in each of the states (n, variables): `cab.NEAREST` (n,).
 
@@ -225,8 +230,18 @@ class CollisionChecker:
 
         return [(self._links[int(row["link_a"])], other(row)) for row in rows]
 
+    def table(self, rows: StructuredArray) -> Table:
+        """Rows of `hits` or `distances` with the names of links, as people read them, instead of numbers."""
+        pairs = np.array(self.names(rows), dtype=np.str_).reshape(-1, 2)
+        return table_of(
+            rows, {"link_a": lambda: pairs[:, 0], "link_b": lambda: pairs[:, 1]}, left_out=("fixed",)
+        )
+
+    def __repr__(self) -> str:
+        return f"cab.CollisionChecker({len(self._links)} links, {len(self._fixed)} fixed)"
+
     def edges(
-        self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
+        self, starts: StatesLike, ends: StatesLike, *, resolution: float = 1e-3, first: bool = False
     ) -> StructuredArray:
         """Whether links touch on straight ways between states, starts and ends (n, variables): `cab.EDGE` (n,).
 
@@ -240,12 +255,8 @@ class CollisionChecker:
         """
         return self._checker.edges(self._states(starts), self._states(ends), resolution, first)
 
-    def _states(self, states: ArrayLike) -> Float64Array:
-        if isinstance(states, np.ndarray) and states.dtype == np.float64 and states.flags.c_contiguous:
-            return states
-        count = self._variables
-        array: Float64Array = small_array(states, "f8", "states", (None, count), f"(n, {count})")
-        return array
+    def _states(self, states: StatesLike) -> Float64Array:
+        return state_array(self._variables, states)
 
     @property
     def isa(self) -> str:

@@ -1,14 +1,18 @@
 """Clips: recorded motion of one or several characters, frame by frame on one clock."""
 
+from __future__ import annotations
+
 from typing import Any, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from . import _cab
-from ._arrays import Float32Array, Float64Array, StructuredArray
+from ._arrays import ArrayLike, Float32Array, StructuredArray, borrowed
 from ._body import Body, is_column
 from ._errors import BusyError
+from ._options import Exact, Isa, Order
 from ._policies import Policies, PoliciesLike, policies_of
+from ._table import LinkNames, Table, table_of
 from ._world import warn_flagged
 
 _BETWEEN, _WITHIN = 0, 1
@@ -42,7 +46,7 @@ class _Character(NamedTuple):
     frame_input: _cab.FrameInput
 
 
-def _exact_policies(policies: PoliciesLike, exact: Optional[str], default: str) -> Policies:
+def _exact_policies(policies: PoliciesLike, exact: Optional[Exact], default: Exact) -> Policies:
     # An exact test of the caller's policies stands, unless `exact` overrules it.
     chosen = policies_of(policies, exact)
     return policies_of(chosen, default) if exact is None and chosen.exact == "none" else chosen
@@ -93,7 +97,7 @@ class Clip:
         *,
         fps: float = 30.0,
         threads: int = 1,
-        isa: str = "auto",
+        isa: Isa = "auto",
         **arguments: Any,
     ) -> None:
         if not fps > 0:
@@ -108,7 +112,10 @@ class Clip:
         elif body is not None or poses is not None or arguments:
             raise TypeError("give both body and poses, or neither")
 
-    def __enter__(self) -> "Clip":
+    def __repr__(self) -> str:
+        return f"cab.Clip({self._frames} frames at {self._fps:g} per second: {', '.join(self.names) or 'nobody'})"
+
+    def __enter__(self) -> Clip:
         return self
 
     def __exit__(self, *unused: object) -> None:
@@ -124,11 +131,11 @@ class Clip:
         body: Body,
         poses: Float32Array,
         *,
-        origins: Optional[Float64Array] = None,
-        orientations: Optional[Float32Array] = None,
-        scales: Optional[Float32Array] = None,
+        origins: Optional[ArrayLike] = None,
+        orientations: Optional[ArrayLike] = None,
+        scales: Optional[ArrayLike] = None,
         name: Optional[str] = None,
-        order: str = "row",
+        order: Order = "row",
         has_scale: bool = False,
     ) -> int:
         """Adds a character, and returns its number, from 0 on.
@@ -138,8 +145,8 @@ class Clip:
         origins, orientations, scales, order, has_scale  as in `Batch.posed`, one entry per frame.
         name   for messages. Default: "character 0", and so on.
 
-        Arrays are borrowed: write into them, and the next call sees it. All characters that move have equally many
-        frames, else it is a ValueError.
+        Arrays are borrowed: write into them, and the next call sees it. Lists are copied. All characters that move
+        have equally many frames, else it is a ValueError.
         """
         shape: Tuple[int, ...] = getattr(poses, "shape", ())
         frames = shape[0] if shape else 0
@@ -150,7 +157,10 @@ class Clip:
         try:
             batch = self._engine.add_batch(articulation, max(frames, 1), True)
             frame_input = self._engine.make_input(
-                batch, poses, is_column(order), has_scale, origins=origins, orientations=orientations, scales=scales
+                batch, poses, is_column(order), has_scale,
+                origins=borrowed(origins, "f8", "origins", (None, 3), "(frames, 3)"),
+                orientations=borrowed(orientations, "f4", "orientations", (None, 4), "(frames, 4)"),
+                scales=borrowed(scales, "f4", "scales", (None,), "(frames,)"),
             )
         except Exception:
             try:
@@ -189,8 +199,25 @@ class Clip:
         """The name of a link."""
         return self._characters[int(character)].body.names[int(link)]
 
+    def table(self, rows: StructuredArray) -> Table:
+        """Rows of `hits`, `intervals` or `distances` with the names of characters and links, as people read them.
+
+        Returns a `Table` of the same columns; `print` shows it. Names are those of the clip as it is now.
+        """
+        links = LinkNames([character.body.names for character in self._characters])
+        names = np.array(self.names, dtype=np.str_)
+        return table_of(
+            rows,
+            {
+                "a": lambda: names[rows["a"]],
+                "link_a": lambda: links(rows["a"], rows["link_a"]),
+                "b": lambda: names[rows["b"]],
+                "link_b": lambda: links(rows["b"], rows["link_b"]),
+            },
+        )
+
     def _run(
-        self, dtype: "np.dtype[np.void]", within: bool, between: bool, chosen: Policies, margin: float,
+        self, dtype: np.dtype[np.void], within: bool, between: bool, chosen: Policies, margin: float,
         min_depth: float, report: int, with_depths: bool = True,
     ) -> Tuple[StructuredArray, Float32Array]:
         rules: List[Tuple[int, int, int, int]] = []
@@ -214,7 +241,7 @@ class Clip:
         return self._rows(dtype, hits, depths)
 
     def _rows(
-        self, dtype: "np.dtype[np.void]", hits: StructuredArray, depths: Float32Array
+        self, dtype: np.dtype[np.void], hits: StructuredArray, depths: Float32Array
     ) -> Tuple[StructuredArray, Float32Array]:
         # Rows by frames, and their depths.
         slots = [one.batch & 0xFFFFFFFF for one in self._characters]
@@ -238,7 +265,7 @@ class Clip:
         rows["link_b"] = hits["link_b"][index]
         return rows, depths[index]
 
-    def _default_exact(self) -> str:
+    def _default_exact(self) -> Exact:
         return "surface" if any(one.body.is_surface for one in self._characters) else "convex"
 
     def hits(
@@ -246,7 +273,7 @@ class Clip:
         *,
         within: bool = True,
         between: bool = True,
-        exact: Optional[str] = None,
+        exact: Optional[Exact] = None,
         min_depth: float = 0,
         margin: float = 0,
         policies: PoliciesLike = None,
@@ -276,7 +303,7 @@ class Clip:
         *,
         within: bool = True,
         between: bool = True,
-        exact: Optional[str] = None,
+        exact: Optional[Exact] = None,
         min_depth: float = 0,
         margin: float = 0,
         gap: int = 0,
@@ -300,7 +327,7 @@ class Clip:
         *,
         within: bool = False,
         between: bool = True,
-        exact: Optional[str] = None,
+        exact: Optional[Exact] = None,
         policies: PoliciesLike = None,
     ) -> StructuredArray:
         """In every frame the two links of two characters that are nearest: `cab.DISTANCE`.

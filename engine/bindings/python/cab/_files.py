@@ -1,8 +1,12 @@
 """Characters and robots from files: motion files through assimp, URDF and MJCF."""
 
+from __future__ import annotations
+
 import os
 import threading
-from typing import TYPE_CHECKING, Dict, List, Literal, NamedTuple, Optional, Tuple, Union, overload
+from typing import (
+    TYPE_CHECKING, Any, Dict, List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload,
+)
 
 import numpy as np
 
@@ -11,6 +15,7 @@ from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, Structure
 from ._body import Body
 from ._errors import UnsupportedError
 from ._status import Status
+from ._table import LinkNames, Table, table_of
 
 if TYPE_CHECKING:
     from ._checker import CollisionChecker
@@ -109,6 +114,35 @@ class Variable(NamedTuple):
     rest: float
 
 
+StatesLike = Union[ArrayLike, Mapping[str, ArrayLike]]
+
+
+def state_array(variables: Sequence[Variable], states: StatesLike) -> Float64Array:
+    """(n, variables) float64: states as they are, one state, or numbers by names of variables, where others rest."""
+    if isinstance(states, np.ndarray) and states.dtype == np.float64 and states.ndim == 2 and states.flags.c_contiguous:
+        return states
+    count = len(variables)
+    if not isinstance(states, Mapping):
+        is_one = isinstance(states, (list, tuple, np.ndarray)) and len(states) == count and np.ndim(states[0]) == 0
+        array: Float64Array = small_array(
+            [states] if is_one else states, "f8", "states", (None, count), f"(n, {count}) or ({count},)"
+        )
+        return array
+    names = [variable.name for variable in variables]
+    unknown = [name for name in states if name not in names]
+    if unknown:
+        raise ValueError(f"states: the robot has no variable {unknown[0]!r}; it has {', '.join(names)}")
+    columns = [
+        small_array(np.atleast_1d(np.asarray(states.get(name, rest))), "f8", f"states[{name!r}]", (None,), "(n,)")
+        for name, _, _, rest in variables
+    ]
+    longest = max(map(len, columns), default=1)
+    for name, column in zip(names, columns):
+        if len(column) not in (1, longest):
+            raise ValueError(f"states[{name!r}]: one number or {longest} are wanted, and {len(column)} are given")
+    return np.stack([np.broadcast_to(column, longest) for column in columns], axis=-1)
+
+
 class Robot:
     """A robot of a URDF or MJCF file: its body, and the joints that pose it. Lengths are in metres.
 
@@ -119,10 +153,13 @@ class Robot:
                          no inside, no depths and no distances, and are not padded (docs/robots.md).
 
     Files are read in child processes with limits. A bad one is a `FileError` that names file, line or element and
-    reason.
+    reason. A pickle has the paths, and what reads it reads the files again.
+
+    States are (n, variables) in the order of `variables`; or one state (variables,); or by names, such as
+    `{"elbow": [0.1, 0.2]}`, where variables that are not named have their value at rest.
     """
 
-    __slots__ = ("_data", "_body", "_variables", "_lock", "_checker")
+    __slots__ = ("_arguments", "_data", "_body", "_variables", "_lock", "_checker")
 
     def __init__(
         self,
@@ -136,6 +173,7 @@ class Robot:
         _need_files()
         if shapes not in ("hulls", "surface"):
             raise ValueError(f"shapes is 'hulls' or 'surface', not {shapes!r}")
+        self._arguments = (path, packages, srdf, leave_out_missing, shapes)
         folders = [(os.fsencode(name), os.fsencode(folder)) for name, folder in (packages or {}).items()]
         self._data = _cab.load_robot(
             os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing, shapes == "surface"
@@ -143,7 +181,13 @@ class Robot:
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
         self._lock = threading.RLock()  # of what calls write into _data, and of _checker
-        self._checker: Optional["CollisionChecker"] = None
+        self._checker: Optional[CollisionChecker] = None
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _robot, self._arguments
+
+    def __repr__(self) -> str:
+        return f"cab.Robot({self._body.link_count} links, {len(self._variables)} variables)"
 
     @property
     def body(self) -> Body:
@@ -163,6 +207,17 @@ class Robot:
     def rest(self) -> Float64Array:
         """(variables,): the state at rest."""
         return np.array([variable.rest for variable in self._variables], dtype=np.float64)
+
+    def states(self, states: StatesLike) -> Float64Array:
+        """(n, variables) float64: the states that all calls take, such as `{"elbow": [0.1, 0.2]}`, as one array."""
+        return state_array(self._variables, states)
+
+    def table(self, rows: StructuredArray) -> Table:
+        """Rows of `hits`, `distances` or `allowed_collisions` with the names of links, as people read them."""
+        if "reason" not in (rows.dtype.names or ()):
+            return self._own_checker().table(rows)
+        links = LinkNames([self._body.names])
+        return table_of(rows, {"a": lambda: links(0, rows["a"]), "b": lambda: links(0, rows["b"])})
 
     @property
     def adjacent_pairs(self) -> UInt32Array:
@@ -193,44 +248,44 @@ class Robot:
             rows = self._data.disabled_pairs(samples, seed, threads)
         return np.array(rows, dtype=ALLOWED_COLLISION)
 
-    def collides(self, states: ArrayLike) -> BoolArray:
+    def collides(self, states: StatesLike) -> BoolArray:
         """(n,) bool: whether links of the robot touch in each of the states (n, variables).
 
         A `CollisionChecker` of this robot, made at the first call, which leaves out `allowed_collisions()`.
         """
         return self._own_checker().collides(states)
 
-    def hits(self, states: ArrayLike, *, depths: bool = False) -> StructuredArray:
+    def hits(self, states: StatesLike, *, depths: bool = False) -> StructuredArray:
         """Which links touch in the states (n, variables): `CollisionChecker.hits` of the same checker."""
         return self._own_checker().hits(states, depths=depths)
 
-    def clearance(self, states: ArrayLike, most: float = 1.0) -> Float64Array:
+    def clearance(self, states: StatesLike, most: float = 1.0) -> Float64Array:
         """How near links come in the states (n, variables): `CollisionChecker.clearance` of the same checker."""
         return self._own_checker().clearance(states, most)
 
     @overload
     def distances(
-        self, states: ArrayLike, most: float = ..., *, gradients: Literal[False] = ...
+        self, states: StatesLike, most: float = ..., *, gradients: Literal[False] = ...
     ) -> StructuredArray: ...
     @overload
     def distances(
-        self, states: ArrayLike, most: float = ..., *, gradients: Literal[True]
+        self, states: StatesLike, most: float = ..., *, gradients: Literal[True]
     ) -> Tuple[StructuredArray, Float64Array]: ...
 
     def distances(
-        self, states: ArrayLike, most: float = 1.0, *, gradients: bool = False
+        self, states: StatesLike, most: float = 1.0, *, gradients: bool = False
     ) -> Union[StructuredArray, Tuple[StructuredArray, Float64Array]]:
         """The nearest links in the states (n, variables): `CollisionChecker.distances` of the same checker."""
         checker = self._own_checker()
         return checker.distances(states, most, gradients=True) if gradients else checker.distances(states, most)
 
     def edges(
-        self, starts: ArrayLike, ends: ArrayLike, *, resolution: float = 1e-3, first: bool = False
+        self, starts: StatesLike, ends: StatesLike, *, resolution: float = 1e-3, first: bool = False
     ) -> StructuredArray:
         """Whether links touch on straight ways between states: `CollisionChecker.edges` of the same checker."""
         return self._own_checker().edges(starts, ends, resolution=resolution, first=first)
 
-    def _own_checker(self) -> "CollisionChecker":
+    def _own_checker(self) -> CollisionChecker:
         from ._checker import CollisionChecker
 
         with self._lock:
@@ -245,11 +300,20 @@ class Robot:
         """
         return self._data.random_states(count, seed, first)
 
-    def poses(self, states: ArrayLike) -> Float32Array:
+    def poses(self, states: StatesLike) -> Float32Array:
         """The poses of joint states (n, variables): float32 (n, links, 7), in the robot's frame.
 
         They are computed in double, sixteen states at a time, and rounded once. A state with a NaN or an infinity has
         NaN in its poses, so that a world masks it. About 0.1 microseconds per state of an arm with seven joints.
         """
-        count = len(self._variables)
-        return self._data.poses(small_array(states, "f8", "states", (None, count), f"(n, {count})"))
+        return self._data.poses(self.states(states))
+
+
+def _robot(
+    path: PathLike,
+    packages: Optional[Dict[str, PathLike]],
+    srdf: Optional[PathLike],
+    leave_out_missing: bool,
+    shapes: Literal["hulls", "surface"],
+) -> Robot:
+    return Robot(path, packages=packages, srdf=srdf, leave_out_missing=leave_out_missing, shapes=shapes)

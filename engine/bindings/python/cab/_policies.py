@@ -1,9 +1,12 @@
 """Policies: every choice between speed and accuracy, by names."""
 
+from __future__ import annotations
+
 import dataclasses
-from typing import Dict, List, NamedTuple, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 from . import _cab
+from ._options import Exact, Extents, Preset, Refit, Sat, Strategy
 
 
 class PolicyField(NamedTuple):
@@ -32,11 +35,11 @@ class Policies:
     that a field lacks is a ValueError.
     """
 
-    refit: str = "cab"
-    strategy: str = "auto"
-    exact: str = "none"
-    extents: str = "children"
-    sat: str = "all_15"
+    refit: Refit = "cab"
+    strategy: Strategy = "auto"
+    exact: Exact = "none"
+    extents: Extents = "children"
+    sat: Sat = "all_15"
 
     def __post_init__(self) -> None:
         for field in policy_table():
@@ -45,12 +48,13 @@ class Policies:
                 raise ValueError(f"{field.name}: {value!r} is none of {', '.join(field.values)}")
 
     @classmethod
-    def preset(cls, name: str) -> "Policies":
+    def preset(cls, name: str) -> Policies:
         """The values of a preset, such as "paper" or "tight". An unknown name is a ValueError."""
         fields = [field.name for field in policy_table()]
         for preset, _, values in _cab.preset_table():
             if preset == name:
-                return cls(**dict(zip(fields, values)))
+                chosen: Dict[str, Any] = dict(zip(fields, values))
+                return cls(**chosen)
         instead = "; set sat='faces_6'" if name == "fast" else ""
         raise ValueError(f"preset: {name!r} is none of {', '.join(presets())}{instead}")
 
@@ -61,10 +65,10 @@ class Policies:
 _FIELD_NAMES: Tuple[str, ...] = tuple(name for name, _, _ in _cab.policy_table())
 _BALANCED = Policies()
 
-PoliciesLike = Union[Policies, str, None]
+PoliciesLike = Union[Policies, Preset, None]
 
 
-def policies_of(policies: PoliciesLike, exact: Union[str, None]) -> Policies:
+def policies_of(policies: PoliciesLike, exact: Optional[Exact]) -> Policies:
     """Policies from what calls take: a preset's name, policies, or None; `exact` overrules."""
     if policies is None:
         made = _BALANCED

@@ -1,15 +1,19 @@
 """Queries: rays, spheres, boxes, capsules, points and regions, as arrays."""
 
+from __future__ import annotations
+
 import math
-from typing import Any, NamedTuple, Optional
+from typing import Any, NamedTuple, Optional, get_args
 
 import numpy as np
 
 from . import _cab
 from ._arrays import ArrayLike, BoolArray, StructuredArray, UInt32Array, small_array, unmasked
+from ._options import Want
 
-_RAY, _SPHERE, _BOX, _CAPSULE, _POINT, _REGION = range(6)
-_WANTS = ("any", "closest", "all")
+_KINDS = ("rays", "spheres", "boxes", "capsules", "points", "regions")
+_RAY, _SPHERE, _BOX, _CAPSULE, _POINT, _REGION = range(len(_KINDS))
+_WANTS = get_args(Want)
 _NOW = math.inf
 
 
@@ -52,7 +56,11 @@ class Queries:
     def __len__(self) -> int:
         return len(self.array)
 
-    def __add__(self, other: "Queries") -> "Queries":
+    def __repr__(self) -> str:
+        counts = np.bincount(self.array["kind"], minlength=len(_KINDS))
+        return f"cab.Queries({', '.join(f'{n} {kind}' for n, kind in zip(counts, _KINDS) if n)})"
+
+    def __add__(self, other: Queries) -> Queries:
         # Not by numpy.concatenate, which closes the gaps between fields.
         array = np.empty(len(self) + len(other), dtype=_cab.query_dtype)
         array[: len(self)] = self.array
@@ -60,7 +68,7 @@ class Queries:
         array["first_plane"][len(self) :] += np.uint32(len(self.planes))
         return Queries(array, np.concatenate((self.planes, other.planes)))
 
-    def without(self, batch: Any, instances: ArrayLike) -> "Queries":
+    def without(self, batch: Any, instances: ArrayLike) -> Queries:
         """The same queries, each leaving out one character of a batch: the shooter. `instances` is one or one each."""
         array = self.array.copy()
         array["ignored_batch"] = batch._id
@@ -69,7 +77,7 @@ class Queries:
 
 
 def _make(
-    kind: int, positions: ArrayLike, want: str, max_hits: Optional[int], layer_mask: ArrayLike, time: ArrayLike
+    kind: int, positions: ArrayLike, want: Want, max_hits: Optional[int], layer_mask: ArrayLike, time: ArrayLike
 ) -> StructuredArray:
     if want not in _WANTS:
         raise ValueError(f"want: {want!r} is none of {', '.join(_WANTS)}")
@@ -92,7 +100,7 @@ def rays(
     *,
     length: ArrayLike = math.inf,
     radius: ArrayLike = 0,
-    want: str = "closest",
+    want: Want = "closest",
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
     time: ArrayLike = _NOW,
@@ -119,7 +127,7 @@ def spheres(
     centers: ArrayLike,
     radius: ArrayLike,
     *,
-    want: str = "all",
+    want: Want = "all",
     with_depth: bool = False,
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
@@ -137,7 +145,7 @@ def boxes(
     half: ArrayLike,
     *,
     orientations: Optional[ArrayLike] = None,
-    want: str = "all",
+    want: Want = "all",
     with_depth: bool = False,
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
@@ -158,7 +166,7 @@ def capsules(
     half_length: ArrayLike,
     *,
     orientations: Optional[ArrayLike] = None,
-    want: str = "all",
+    want: Want = "all",
     with_depth: bool = False,
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
@@ -178,7 +186,7 @@ def points(
     positions: ArrayLike,
     distance: ArrayLike = math.inf,
     *,
-    want: str = "closest",
+    want: Want = "closest",
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
     time: ArrayLike = _NOW,
@@ -193,7 +201,7 @@ def regions(
     positions: ArrayLike,
     planes: ArrayLike,
     *,
-    want: str = "all",
+    want: Want = "all",
     max_hits: Optional[int] = None,
     layer_mask: ArrayLike = 0xFFFFFFFF,
     time: ArrayLike = _NOW,

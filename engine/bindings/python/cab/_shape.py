@@ -1,10 +1,13 @@
 """Convex shapes: the exact shape of a box of a body, for exact tests."""
 
+from __future__ import annotations
+
 from typing import Any, Optional, Tuple
 
 from ._arrays import ArrayLike, Float32Array, small_array
 
-_BOX, _ELLIPSOID, _CAPSULE, _HULL, _SPHERE, _CYLINDER, _HALF_SPACE = range(7)
+_KINDS = ("box", "ellipsoid", "capsule", "hull", "sphere", "cylinder", "half_space")
+_BOX, _ELLIPSOID, _CAPSULE, _HULL, _SPHERE, _CYLINDER, _HALF_SPACE = range(len(_KINDS))
 
 _NO_TURN = (0.0, 0.0, 0.0, 1.0)
 _HERE = (0.0, 0.0, 0.0)
@@ -30,44 +33,49 @@ class Shape:
         self._vertices = vertices
 
     @classmethod
-    def box(cls, half: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> "Shape":
+    def box(cls, half: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> Shape:
         """A box of half extents `half` (3,) along its x y z."""
         return cls(_BOX, position, rotation, half, None)
 
     @classmethod
-    def ellipsoid(cls, radii: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> "Shape":
+    def ellipsoid(cls, radii: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> Shape:
         """An ellipsoid of radii (3,) along its x y z."""
         return cls(_ELLIPSOID, position, rotation, radii, None)
 
     @classmethod
-    def sphere(cls, radius: float, position: ArrayLike = _HERE) -> "Shape":
+    def sphere(cls, radius: float, position: ArrayLike = _HERE) -> Shape:
         """A sphere."""
         return cls(_SPHERE, position, _NO_TURN, (radius, 0, 0), None)
 
     @classmethod
     def capsule(
         cls, radius: float, half_length: float, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN
-    ) -> "Shape":
+    ) -> Shape:
         """A capsule along its z: a segment of twice `half_length`, and all that is within `radius` of it."""
         return cls(_CAPSULE, position, rotation, (radius, half_length, 0), None)
 
     @classmethod
     def cylinder(
         cls, radius: float, half_length: float, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN
-    ) -> "Shape":
+    ) -> Shape:
         """A cylinder along its z with flat ends, twice `half_length` long."""
         return cls(_CYLINDER, position, rotation, (radius, half_length, 0), None)
 
     @classmethod
-    def hull(cls, vertices: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> "Shape":
+    def hull(cls, vertices: ArrayLike, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> Shape:
         """The convex hull of vertices (n, 3): at least three, not all on one line."""
         points = small_array(vertices, "f4", "vertices", (None, 3), "(n, 3)")
         return cls(_HULL, position, rotation, _HERE, points)
 
     @classmethod
-    def half_space(cls, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> "Shape":
+    def half_space(cls, position: ArrayLike = _HERE, rotation: ArrayLike = _NO_TURN) -> Shape:
         """A floor or a wall without end: all points with z <= 0. Its box says where it is looked at."""
         return cls(_HALF_SPACE, position, rotation, _HERE, None)
+
+    def __repr__(self) -> str:
+        size = tuple(f"{x:.6g}" for x in self._size if x)
+        what = f"{len(self._vertices)} vertices" if self._vertices is not None else ", ".join(size)
+        return f"cab.Shape.{_KINDS[self._kind]}({what})"
 
     def _row(self, leaf: int) -> Tuple[Any, ...]:
         return (leaf, self._kind, self._position, self._rotation, self._size, self._vertices)

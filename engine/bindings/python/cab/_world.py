@@ -1,23 +1,29 @@
 """Worlds: characters that live at the same time, and which of their links touch."""
 
+from __future__ import annotations
+
 import operator
 import threading
 import warnings
-from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, Literal, NamedTuple, Optional, Sequence, Tuple, Union, get_args
 
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array
+from ._arrays import (
+    ArrayLike, BoolArray, Float32Array, StructuredArray, UInt8Array, UInt32Array, borrowed, small_array,
+)
 from ._body import Body, ShapesLike, box_array, is_column, shape_rows
 from ._errors import BusyError, Error, InputError, MaskedWarning
+from ._options import Exact, Isa, Order, QueryReport, Report, Resting
 from ._policies import PoliciesLike, policies_of
 from ._queries import Answers, Queries
 from ._status import Status
+from ._table import LinkNames, Table, table_of
 
-_REPORTS = ("hits", "in_contact", "distances")
-_RESTING = ("reported", "skipped")
-_QUERY_REPORTS = ("hits", "links", "counts")
+_REPORTS = get_args(Report)
+_RESTING = get_args(Resting)
+_QUERY_REPORTS = get_args(QueryReport)
 _BETWEEN, _WITHIN = 0, 1
 
 
@@ -25,23 +31,23 @@ class Posed:
     """Characters of one batch with their poses, for one call or several. `Batch.posed` makes it.
 
     It borrows the arrays, and keeps them alive: write into them and run the next frame. Nothing is copied, but for
-    `instances` unless they are uint32.
+    lists, and for `instances` unless they are uint32.
     """
 
     __slots__ = ("_batch", "_input")
 
-    def __init__(self, batch: "Batch", frame_input: _cab.FrameInput) -> None:
+    def __init__(self, batch: Batch, frame_input: _cab.FrameInput) -> None:
         """For `Batch.posed`."""
         self._batch = batch
         self._input = frame_input
 
     @property
-    def batch(self) -> "Batch":
+    def batch(self) -> Batch:
         """The batch of the characters."""
         return self._batch
 
     @property
-    def flags(self) -> "np.ndarray[Any, np.dtype[np.uint8]]":
+    def flags(self) -> UInt8Array:
         """(n,) uint8: 0 for characters that the last frame did not mask; 1: a number was not finite; 2: not rigid.
 
         Queries do not change it.
@@ -59,13 +65,16 @@ class Posed:
         """Where the engine reads poses: `poses.ctypes.data` of the array that was given."""
         return self._input.poses_address
 
+    def __repr__(self) -> str:
+        return f"cab.Posed({self._input.count} of {self._batch!r})"
+
 
 class Batch:
     """Characters of one body in a world, or bodies that never move. Hits name it by its `slot`."""
 
     __slots__ = ("_world", "_body", "_id", "_room", "_is_static")
 
-    def __init__(self, world: "World", body: Optional[Body], batch_id: int, room: int) -> None:
+    def __init__(self, world: World, body: Optional[Body], batch_id: int, room: int) -> None:
         """For `World.add` and `World.add_static`."""
         self._world = world
         self._body = body
@@ -110,20 +119,20 @@ class Batch:
         self,
         poses: Float32Array,
         *,
-        origins: Optional[Float64Array] = None,
-        orientations: Optional[Float32Array] = None,
-        scales: Optional[Float32Array] = None,
-        layers: Optional[UInt32Array] = None,
-        layer_masks: Optional[UInt32Array] = None,
-        margins: Optional[Float32Array] = None,
-        moved: Optional[BoolArray] = None,
-        bounds: Optional[Float32Array] = None,
+        origins: Optional[ArrayLike] = None,
+        orientations: Optional[ArrayLike] = None,
+        scales: Optional[ArrayLike] = None,
+        layers: Optional[ArrayLike] = None,
+        layer_masks: Optional[ArrayLike] = None,
+        margins: Optional[ArrayLike] = None,
+        moved: Optional[ArrayLike] = None,
+        bounds: Optional[ArrayLike] = None,
         instances: Optional[ArrayLike] = None,
         in_contact: bool = False,
-        order: str = "row",
+        order: Order = "row",
         has_scale: bool = False,
     ) -> Posed:
-        """Characters with their poses. Arrays are borrowed, never copied or converted, but for `instances`.
+        """Characters with their poses. Arrays are borrowed, never copied or converted; lists are copied.
 
         poses         float32, from link to character ("model space"):
                       (n, links, 7)     quaternion x y z w, translation x y z
@@ -151,8 +160,16 @@ class Batch:
             instances, "u4", "instances", (None,), "(k,)", copy=False
         )
         made = self._world._engine.make_input(
-            self._id, poses, is_column(order), has_scale, origins=origins, orientations=orientations, scales=scales,
-            layers=layers, layer_masks=layer_masks, margins=margins, moved=moved, bounds=bounds, instances=listed,
+            self._id, poses, is_column(order), has_scale,
+            origins=borrowed(origins, "f8", "origins", (None, 3), "(n, 3)"),
+            orientations=borrowed(orientations, "f4", "orientations", (None, 4), "(n, 4)"),
+            scales=borrowed(scales, "f4", "scales", (None,), "(n,)"),
+            layers=borrowed(layers, "u4", "layers", (None,), "(n,)"),
+            layer_masks=borrowed(layer_masks, "u4", "layer_masks", (None,), "(n,)"),
+            margins=borrowed(margins, "f4", "margins", (None,), "(n,)"),
+            moved=borrowed(moved, "?", "moved", (None,), "(n,)"),
+            bounds=borrowed(bounds, "f4", "bounds", (None, 2, 3), "(n, 2, 3)"),
+            instances=listed,
             in_contact=in_contact,
         )
         return Posed(self, made)
@@ -179,6 +196,8 @@ class Frame(NamedTuple):
     stats: _cab.FrameStats
     posed: Tuple[Posed, ...]
 
+
+PosesLike = Union[Float32Array, Posed, Sequence[Posed]]
 
 Masked = Tuple[_cab.FrameInput, str, Sequence[str]]  # input, what its instances are called, names of links
 
@@ -232,7 +251,7 @@ class History:
 
     __slots__ = ("_world", "_batch", "_id")
 
-    def __init__(self, world: "World", batch: Batch, history_id: int) -> None:
+    def __init__(self, world: World, batch: Batch, history_id: int) -> None:
         """For `World.add_history`."""
         self._world = world
         self._batch = batch
@@ -263,6 +282,9 @@ class History:
         """Gives its memory back."""
         self._world._engine.remove_history(self._id)
 
+    def __repr__(self) -> str:
+        return f"cab.History(of {self._batch!r})"
+
 
 class World:
     """Characters and static bodies that live at the same time.
@@ -272,14 +294,18 @@ class World:
     isa      the instruction set, one of `cab.isas()`, or "auto". All give the same bits.
     """
 
-    def __init__(self, *, threads: int = 1, isa: str = "auto") -> None:
+    def __init__(self, *, threads: int = 1, isa: Isa = "auto") -> None:
         self._engine = _cab.Engine(isa, threads)
         self._batches: Dict[int, Batch] = {}
         self._articulations: Dict[int, Tuple[Body, int]] = {}  # by id(body): the body, its articulation
         self._last: Tuple[Posed, ...] = ()
         self._changes = threading.Lock()  # held by what adds and removes, which are several calls of the engine
 
-    def __enter__(self) -> "World":
+    def __repr__(self) -> str:
+        rooms = [f"{batch.room} {'static bodies' if batch.is_static else 'characters'}" for batch in self.batches]
+        return f"cab.World({', '.join(rooms) or 'empty'})"
+
+    def __enter__(self) -> World:
         return self
 
     def __exit__(self, *unused: object) -> None:
@@ -396,6 +422,36 @@ class World:
         """The batch that hits name by this slot. An unknown one is a KeyError."""
         return self._batches[int(slot)]
 
+    def table(self, found: Union[Frame, Answers, StructuredArray]) -> Table:
+        """What a frame or queries found, with the names of links, as people read it.
+
+        found  a `Frame`, `Answers`, or their hits, or some of them, of batches that are still there.
+
+        Returns a `Table`: the columns of `cab.HIT` without leaves, with the depth if the frame has contacts; or those
+        of `cab.QUERY_HIT`. Links of static bodies have the name "static".
+        """
+        rows = found.hits if isinstance(found, (Frame, Answers)) else found
+        slots = {slot: at for at, slot in enumerate(sorted(self._batches))}
+        links = LinkNames(
+            [("static",) if self._batches[slot].is_static else self._batches[slot].body.names for slot in slots]
+        )
+
+        def link(batch: str, name: str) -> Any:
+            return links(np.array([slots[slot] for slot in rows[batch].tolist()], dtype=np.int64), rows[name])
+
+        made = table_of(
+            rows,
+            {
+                "link_a": lambda: link("batch_a", "link_a"),
+                "link_b": lambda: link("batch_b", "link_b"),
+                "link": lambda: link("batch", "link"),
+            },
+            left_out=("leaf_a", "leaf_b", "leaf"),
+        )
+        if isinstance(found, Frame) and found.contacts is not None:
+            made.columns["depth"] = found.contacts["depth"]
+        return made
+
     def ignored_pairs(self, batch: Batch) -> StructuredArray:
         """All pairs of links that are never tested with each other within a character, and why.
 
@@ -439,27 +495,27 @@ class World:
 
     def run(
         self,
-        poses: Union[Float32Array, Posed, Sequence[Posed]],
+        poses: PosesLike,
         *,
-        origins: Optional[Float64Array] = None,
-        orientations: Optional[Float32Array] = None,
-        scales: Optional[Float32Array] = None,
-        layers: Optional[UInt32Array] = None,
-        layer_masks: Optional[UInt32Array] = None,
-        margins: Optional[Float32Array] = None,
-        moved: Optional[BoolArray] = None,
+        origins: Optional[ArrayLike] = None,
+        orientations: Optional[ArrayLike] = None,
+        scales: Optional[ArrayLike] = None,
+        layers: Optional[ArrayLike] = None,
+        layer_masks: Optional[ArrayLike] = None,
+        margins: Optional[ArrayLike] = None,
+        moved: Optional[ArrayLike] = None,
         instances: Optional[ArrayLike] = None,
-        order: str = "row",
+        order: Order = "row",
         has_scale: bool = False,
         pairs: Optional[Iterable[Tuple[Batch, Batch]]] = None,
         within: Union[bool, Iterable[Batch]] = False,
         policies: PoliciesLike = None,
-        exact: Optional[str] = None,
+        exact: Optional[Exact] = None,
         margin: float = 0,
         min_depth: float = 0,
-        report: str = "hits",
+        report: Report = "hits",
         contacts: Optional[bool] = None,
-        resting: str = "reported",
+        resting: Resting = "reported",
     ) -> Frame:
         """Runs one frame: which links touch.
 
@@ -532,7 +588,7 @@ class World:
     def contacts(
         self,
         pairs: StructuredArray,
-        poses: Union[None, Float32Array, Posed, Sequence[Posed]] = None,
+        poses: Optional[PosesLike] = None,
         **arguments: Any,
     ) -> StructuredArray:
         """How deep named links touch, or how far they are apart, at any distance, by exact shapes.
@@ -548,7 +604,7 @@ class World:
     def touching_triangles(
         self,
         pairs: StructuredArray,
-        poses: Union[None, Float32Array, Posed, Sequence[Posed]] = None,
+        poses: Optional[PosesLike] = None,
         **arguments: Any,
     ) -> StructuredArray:
         """The triangles of surfaces (`Body.from_surface`) that touch, of named links, such as the hits of a frame.
@@ -593,12 +649,12 @@ class World:
     def query(
         self,
         queries: Queries,
-        poses: Union[None, Float32Array, Posed, Sequence[Posed]] = None,
+        poses: Optional[PosesLike] = None,
         *,
-        exact: str = "none",
+        exact: Literal["none", "convex", "surface"] = "none",
         histories: Sequence[History] = (),
         reuse_bounds: bool = False,
-        report: str = "hits",
+        report: QueryReport = "hits",
         surface_points: bool = False,
         **arguments: Any,
     ) -> Answers:

@@ -1,7 +1,7 @@
 """Policies as a text, which a row has and which names finished work."""
 
 import functools
-from typing import List, Optional
+from typing import Any, Dict, List, Optional
 
 import cab
 
@@ -14,12 +14,13 @@ def policies_text(policies: cab.Policies) -> str:
 @functools.lru_cache(maxsize=None)
 def policies_of(text: str) -> cab.Policies:
     """The policies that `policies_text` wrote."""
-    return cab.Policies(**dict(word.split("=", 1) for word in text.split()))
+    values: Dict[str, Any] = dict(word.split("=", 1) for word in text.split())
+    return cab.Policies(**values)
 
 
 def choose_policies(words: Optional[str], exact: str) -> cab.Policies:
     """Policies by words that commas separate: the name of a preset, and FIELD=VALUE. Else `exact` is as given."""
-    values = {}
+    values: Dict[str, Any] = {}
     made = cab.Policies()
     for word in (words or "").split(","):
         name, has_value, value = word.strip().partition("=")

@@ -3,7 +3,7 @@
 import hashlib
 import importlib
 import inspect
-from typing import Any, Callable, Iterable, Iterator, NamedTuple, Optional, Tuple
+from typing import Any, Callable, Iterable, Iterator, Literal, NamedTuple, Optional, Tuple
 
 import cab
 import numpy as np
@@ -26,7 +26,7 @@ class Sequence(NamedTuple):
     fps: float = 30.0
     name: str = ""
     origins: "Optional[npt.NDArray[np.float64]]" = None
-    order: str = "row"
+    order: Literal["row", "column"] = "row"
     notes: Tuple[str, ...] = ()
 
 

@@ -27,6 +27,18 @@ if(result EQUAL 0 OR NOT output MATCHES "lacks the Python module wheel[.]" OR ou
 endif()
 
 run(${PYTHON} -m venv --system-site-packages ${WORK}/v)
+
+# A wheel, in the environment that sees no modules of Debian but NumPy and what lies beside it.
+run(${WORK}/v/bin/pip wheel --no-build-isolation --no-deps -w ${WORK}/wheels ${ROOT})
+file(GLOB wheel ${WORK}/wheels/cab-*.whl)
+run(${WORK}/closed/bin/pip install --no-deps ${wheel})
+run(${PYTHON} -c "print(__import__('numpy').__path__[0])")
+string(STRIP "${output}" numpy)
+cmake_path(GET numpy PARENT_PATH numpy)
+run(${CMAKE_COMMAND} -E env PYTHONPATH=${numpy} ${WORK}/closed/bin/python
+  ${ROOT}/tests/engine/bindings/python/crowd.py)
+message("the wheel: ${output}")
+
 run(${WORK}/v/bin/pip install --no-build-isolation ${ROOT})
 message("${output}")
 

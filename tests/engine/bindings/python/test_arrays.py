@@ -112,13 +112,41 @@ def test_other_types_are_a_type_error(rng, crowd):
         ("margins", np.ones(4)),
         ("moved", np.ones(4, dtype=np.uint8)),
         ("bounds", np.zeros((4, 2, 3))),
-        ("origins", [[0, 0, 0]] * 4),
+        ("origins", [["a", "b", "c"]] * 4),
+        ("moved", [0.5] * 4),
         ("instances", [0.5]),
     ]:
         with pytest.raises(TypeError, match=name):
             crowd.posed(poses, **{name: bad})
     with pytest.raises(TypeError, match="colour"):
         crowd.posed(poses, colour=1)
+
+
+def test_lists_are_copied_where_arrays_are_borrowed(rng, chain):
+    poses = random_poses(rng, 4, 8)
+    world = cab.World()
+    crowd = world.add(chain, 4)
+    arrays = dict(
+        origins=rng.uniform(-1, 1, (4, 3)),
+        orientations=np.tile(np.array([0, 0, 1, 0], dtype=np.float32), (4, 1)),
+        scales=np.array([1, 2, 1, 0.5], dtype=np.float32),
+        layers=np.array([1, 2, 3, 1], dtype=np.uint32),
+        layer_masks=np.array([3, 3, 1, 1], dtype=np.uint32),
+        margins=np.array([0.5, 0, 0, 0], dtype=np.float32),
+        moved=np.ones(4, dtype=bool),
+    )
+    expected = world.run(poses, **arrays).hits
+    assert len(expected) > 10
+    assert np.array_equal(world.run(poses, **{name: array.tolist() for name, array in arrays.items()}).hits, expected)
+    bounds = np.tile(np.array([[-9, -9, -9], [9, 9, 9]], dtype=np.float32), (4, 1, 1))
+    listed = crowd.posed(poses, bounds=bounds.tolist(), **arrays)
+    assert np.array_equal(world.run(listed).hits, expected)
+    with pytest.raises(ValueError, match=r"origins: .* the shape \(3, 3\) is given; here it must be \(4, 3\)"):
+        crowd.posed(poses, origins=[[0, 0, 0]] * 3)
+    with pytest.raises(ValueError, match=r"scales: .* the shape \(4, 1\) is given"):
+        crowd.posed(poses, scales=[[1]] * 4)
+    clip = cab.Clip(chain, poses, origins=[[0, 0, 0]] * 4)
+    assert np.array_equal(clip.hits(), cab.Clip(chain, poses).hits())
 
 
 def test_masked_arrays_are_a_type_error_since_their_masks_would_be_lost(rng, crowd):

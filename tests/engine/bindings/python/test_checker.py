@@ -273,8 +273,6 @@ def test_objects_are_named_and_padded_as_the_link_that_holds_them(arm):
         (dict(pose=[0, 0, 0, 0, 1, 2, 3]), ValueError, "attached 'box': pose is no quaternion"),
         (dict(pose=[0, 0, 0, 1, 0, np.nan, 0]), ValueError, "attached 'box': pose is no quaternion"),
         (dict(body=cab.Body.from_boxes([-1, 0], [[1, 1, 1]] * 2)), ValueError, "attached 'box': a body of one link"),
-        (dict(body=cab.Body.from_boxes([-1], [[1, 1, 1], [1, -1, 1]], links=[0, 0])), cab.InputError,
-         "attached 'box', box 1: box of a leaf"),
         (dict(body=cab.Body.from_boxes([-1], [[1, 1, 1]] * 1024, links=[0] * 1024)), cab.InputError,
          "attached 'box': .* 1024 leaves"),
     ],
@@ -345,6 +343,30 @@ def test_an_srdf_file_is_all_that_is_allowed(arm, tmp_path):
     srdf.write_text('<robot name="arm"><disable_collisions link1="base" link2="hand" reason="Never"/></robot>')
     allowed = cab.Robot(tmp_path / "arm.urdf", srdf=srdf).allowed_collisions()
     assert [(a, b, why) for a, b, why, _ in allowed.tolist()] == [(0, 3, "file")]
+
+
+def test_states_are_given_as_arrays_one_alone_or_by_names(arm):
+    elbows = np.linspace(-3, 3, 50)
+    states = np.stack((np.full(50, 0.5), elbows), axis=1)
+    expected = arm.collides(states)
+    assert 0 < expected.sum() < 50
+    by_names = {"elbow": elbows, "shoulder": 0.5}
+    assert arm.states(by_names).dtype == np.float64 and np.array_equal(arm.states(by_names), states)
+    assert np.array_equal(arm.collides(by_names), expected)
+    assert np.array_equal(arm.poses(by_names), arm.poses(states))
+    assert np.array_equal(arm.states({"elbow": [1, 2]}), [[0, 1], [0, 2]])
+    assert np.array_equal(arm.states({}), [arm.rest()])
+    for one in (states[3], states[3].tolist(), tuple(states[3])):
+        assert arm.collides(one).tolist() == [expected[3]]
+    assert arm.edges({"elbow": -1}, {"elbow": 1}).shape == (1,)
+    for words, bad in [
+        ("no variable 'ellbow'; it has shoulder, elbow", {"ellbow": 1}),
+        ("one number or 3 are wanted, and 2 are given", {"elbow": [1, 2, 3], "shoulder": [1, 2]}),
+        (r"states\['elbow'\]", {"elbow": [[1]]}),
+        ("states", 1.0),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            arm.states(bad)
 
 
 def test_what_is_not_tested_or_no_state_is_an_error(arm):

@@ -3,15 +3,18 @@
 import importlib.util
 import os
 import pathlib
+import pydoc
 import re
 import subprocess
 import sys
 import types
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import cab
+from cab import _options
 from conftest import ROOT
 
 HERE = pathlib.Path(__file__).parent
@@ -62,6 +65,11 @@ def test_the_meshes_penetrate_as_the_document_says():
 def test_the_arm_collides_as_the_document_says():
     need_files()
     assert run("arm_states.py", HERE / "arm.urdf") == printed_in_docs("arm_states.py", ROBOTS)
+
+
+def test_the_matrix_of_the_arm_is_an_srdf_file_as_the_document_says(tmp_path):
+    need_files()
+    assert run("arm_srdf.py", HERE / "arm.urdf", tmp_path / "arm.srdf") == printed_in_docs("arm_srdf.py", ROBOTS)
 
 
 def test_the_arm_holds_a_stick_as_the_document_says():
@@ -139,21 +147,47 @@ def test_other_lines_of_python_in_the_document_run():
         exec(compile(block, "docs/python.md", "exec"), names)  # noqa: S102 - our own document
 
 
+def described(thing):
+    """Whether help() of it is more than a name: a sentence of its own."""
+    words = thing.__doc__ or ""
+    return len(words) > 10 and not words.startswith(("Alias for field", "Initialize self"))
+
+
 def test_every_public_name_has_a_docstring():
     missing = []
     for name in cab.__all__:
         thing = getattr(cab, name)
         if isinstance(thing, type) or callable(thing):
-            if not thing.__doc__:
+            if not described(thing):
                 missing.append(name)
             if isinstance(thing, type):
                 missing += [
                     f"{name}.{member}"
                     for member, value in vars(thing).items()
                     if not member.startswith("_") and (callable(value) or isinstance(value, property))
-                    and not value.__doc__
+                    and not described(value)
                 ]
     assert missing == []
+
+
+@pytest.mark.parametrize(
+    "call", [cab.World.run, cab.World.query, cab.Batch.posed, cab.Clip.hits, cab.Body.from_boxes, cab.rays]
+)
+def test_help_shows_types_by_short_names(call):
+    title = pydoc.plain(pydoc.render_doc(call)).split("\n")[2]
+    assert title.startswith(call.__name__) and len(title) < 1000
+    assert not re.search(r"numpy\.|_typing|ForwardRef|~", title)
+
+
+def test_options_are_those_of_the_library():
+    fields = {field.name: set(field.values) for field in cab.policy_table()}
+    for name, literal in [("refit", _options.Refit), ("strategy", _options.Strategy), ("exact", _options.Exact),
+                          ("extents", _options.Extents), ("sat", _options.Sat)]:
+        assert set(get_args(literal)) == fields.pop(name)
+    assert not fields and set(get_args(_options.Preset)) == set(cab.presets())
+    with pytest.raises(ValueError, match="'mmx' is none of ") as caught:
+        cab.World(isa="mmx")
+    assert get_args(_options.Isa) == tuple(str(caught.value).split(" is none of ")[1].split(", "))
 
 
 def test_the_command_is_the_command(tmp_path):

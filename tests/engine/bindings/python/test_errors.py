@@ -1,6 +1,8 @@
 """Errors: every status that a program can reach is an exception of its kind, with the engine's words."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -58,23 +60,26 @@ BODIES = [
 
 @pytest.mark.parametrize("status, arguments", BODIES, ids=[status.name for status, _ in BODIES])
 def test_a_bad_body_is_an_input_error(status, arguments):
-    body = cab.Body.from_boxes(**arguments)
-    world = cab.World()
     with pytest.raises(cab.InputError) as caught:
-        world.add(body, 1)
+        cab.Body.from_boxes(**arguments)
     assert caught.value.status is status
     assert status.words in str(caught.value)
     assert isinstance(caught.value, ValueError)
-    assert world.batches == () and world.memory.articulations == 0
+
+
+def test_pairs_of_links_that_are_not_there_cannot_be_ignored():
+    with pytest.raises(cab.InputError) as caught:
+        make_chain(8).ignoring([[0, 8]])
+    assert caught.value.status is cab.Status.BAD_IGNORED_PAIR
 
 
 def test_the_bad_element_is_named():
     half = np.ones((3, 3))
     half[1, 2] = np.inf
     with pytest.raises(cab.InputError, match="^box 1: "):
-        cab.World().add(cab.Body.from_boxes([-1, 0, 1], half), 1)
+        cab.Body.from_boxes([-1, 0, 1], half)
     with pytest.raises(cab.InputError, match="^link 2: "):
-        cab.World().add(cab.Body.from_boxes([-1, 0, 2], np.ones((3, 3))), 1)
+        cab.Body.from_boxes([-1, 0, 2], np.ones((3, 3)))
 
 
 FRAMES = [
@@ -231,6 +236,15 @@ def test_masked_frames_of_a_clip_are_a_warning(rng):
     clip = cab.Clip(make_chain(8), poses, name="walker")
     with pytest.warns(cab.MaskedWarning, match="walker, frame 7 took no part: number 6 of the pose of link 1"):
         clip.hits()
+
+
+def test_a_numpy_that_the_build_does_not_know_is_an_import_error():
+    if _cab.knows_numpy_2:
+        pytest.skip("this build knows NumPy 2, by its pybind11")
+    program = "import numpy; numpy.__version__ = '2.3.4'; import cab"
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert ran.returncode == 1 and "ImportError: cab was built with pybind11 2." in ran.stderr
+    assert "does not know NumPy 2.3.4: install numpy<2, or build cab with pybind11 2.12" in ran.stderr
 
 
 def test_build_and_version():
