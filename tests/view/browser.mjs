@@ -38,6 +38,9 @@ const pageFile = options.page ? resolve(options.page) : join(work, 'cab_view.htm
 const pictures = options.pictures ? resolve(options.pictures) : join(work, 'pictures');
 const fixtureFile = join(here, 'fixtures/avx512.cab');
 const fixture = readFileSync(fixtureFile);
+// Two tubes that bend: write_tube of tests/engine/bindings/python/test_surfaces.py with 12 frames, twice, by
+// `cab run ... --offset 0,0,0 --offset 0.2,-0.1,0.3 --body surface --record skin.cab`.
+const skinFile = join(here, 'fixtures/skin.cab');
 
 const WIDTHS = {800: 1000, 1280: 800, 1920: 1080};
 // Pictures are compared after they are made so small. Renderers draw edges and lines differently.
@@ -313,6 +316,58 @@ describe('playing', () => {
   });
 });
 
+describe('a skin', () => {
+  let page;
+  before(async () => (page = await open(embed('skin', {'skin.cab': readFileSync(skinFile)}), {fragment: '#frame=5&recording=0'})));
+  after(() => page.close());
+
+  // How many pixels of the scene are about as red as what touches.
+  const redPixels = async () => {
+    const png = await (await page.tab.$('.surface')).screenshot({encoding: 'base64'});
+    return page.tab.evaluate(async (source) => {
+      const image = new Image();
+      image.src = source;
+      await image.decode();
+      const canvas = Object.assign(document.createElement('canvas'), {width: image.width, height: image.height});
+      const context = canvas.getContext('2d', {willReadFrequently: true});
+      context.drawImage(image, 0, 0);
+      const {data} = context.getImageData(0, 0, image.width, image.height);
+      let count = 0;
+      for (let at = 0; at < data.length; at += 4) {
+        if (data[at] > 120 && data[at] > 2 * data[at + 1] && data[at] > 2 * data[at + 2]) ++count;
+      }
+      return count;
+    }, `data:image/png;base64,${png}`);
+  };
+
+  test('shows which triangles touch, and all of its links where boxes decide', async () => {
+    assert.match(await text(page, '.legend'), /red: triangles that touch/);
+    const triangles = await redPixels();
+    assert(triangles > 50, `${triangles} pixels are red`);
+    await page.tab.evaluate(`cabPage.setDial({exact: 'none'})`);
+    const links = await redPixels();
+    assert(links > 2 * triangles, `${links} pixels are red by links, ${triangles} by triangles`);
+    await page.tab.evaluate('cabPage.setDial({})');
+    assert.equal((await page.read('run')).sameBits, true);
+    assert.deepEqual(await page.read('errors'), []);
+  });
+
+  test('is picked where it is, and not beside it', async () => {
+    const {x, y, width, height} = await (await page.tab.$('.surface')).boundingBox();
+    await page.tab.mouse.click(x + 4, y + height - 100);
+    assert.equal(await page.tab.$$eval('.scene-label.selected', (labels) => labels.length), 0);
+    let picked = 0, missed = 0;
+    for (let row = 1; row < 10; ++row) {
+      await page.tab.mouse.click(x + width / 2, y + height * row / 10);
+      const labels = await page.tab.$$eval('.scene-label.selected', (all) => all.length);
+      if (labels > 0) ++picked;
+      else ++missed;
+    }
+    assert(picked > 0 && missed > 0, `${picked} picked, ${missed} missed`);
+    await page.tab.keyboard.press('Escape');
+  });
+});
+
 describe('the dial', () => {
   let page;
   before(async () => {
@@ -435,7 +490,7 @@ function differenceOf(a, b) {
 }
 
 describe('pictures', () => {
-  const recordings = [fixtureFile, ...options.recording.map((file) => resolve(file))];
+  const recordings = [fixtureFile, skinFile, ...options.recording.map((file) => resolve(file))];
   for (const file of recordings) {
     const name = basename(file, '.cab');
     test(`of ${name} fit the page, and look as before`, async (t) => {

@@ -8,7 +8,7 @@ import * as format from 'recording-format';
 import {RecordingError} from '../../perf/view/src/recording/error.js';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Frame, Level, Recording} from '../../perf/view/src/recording/types.js';
-import {ARM, ARMS, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, Numbers, posesOf} from './scene.js';
+import {ARM, ARMS, CLOTH, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, Numbers, posesOf} from './scene.js';
 import type {Contents, WrittenFrame} from './write_recording.js';
 import {chunkOf, chunkOfContents, endOf, fileOf, openFileOf, payloadOf} from './write_recording.js';
 
@@ -267,6 +267,8 @@ const wordsOf = (contents: Contents): string => {
 
 test('definitions that cannot be are refused by name', () => {
   const arm = (more: object): Contents => ({...DEFINITIONS, articulations: [{...ARM, ...more}, CRATE]});
+  const cloth = (more: object): Contents => ({...DEFINITIONS, articulations: [ARM, {...CLOTH, ...more}]});
+  const leaf = CLOTH.leaves[0]!, skin = CLOTH.skin!;
   const batch = (more: object): Contents => ({...DEFINITIONS, batches: [{...ARMS, ...more}, CRATES, FLOOR]});
   const part = ARM.leaves[1]!.parts[0]!, bodies = FLOOR.staticBodies!;
   const level: Level =
@@ -291,6 +293,15 @@ test('definitions that cannot be are refused by name', () => {
     [/articulation 0 is a level of 0, which is none/, arm({level})],
     [/articulation 1 is a level of 7, which is none/,
      {...DEFINITIONS, articulations: [ARM, {...ARM, level: {...level, of: 7}}]}],
+    [/leaf 0: 4 numbers are no triangles/, cloth({leaves: [{...leaf, triangles: new Uint32Array(4)}]})],
+    [/leaf 0: a triangle names vertex 4, of 4/, cloth({leaves: [{...leaf, triangles: new Uint32Array([0, 1, 4])}]})],
+    [/leaf 0: a triangle names vertex 0, of 0/, cloth({skin: null})],
+    [/its skin: 11 numbers are no vertices/, cloth({skin: {...skin, vertices: new Float32Array(11)}})],
+    [/its skin: 8 links and 7 weights, and 8 are needed/,
+     cloth({skin: {...skin, influenceWeights: new Float32Array(7)}})],
+    [/its skin: 8 links and 8 weights, and 17179869180 are needed/, cloth({skin: {...skin, influenceCount: 0xffffffff}})],
+    [/its skin: link 2 is named, of 2/, cloth({skin: {...skin, influenceLinks: new Uint32Array(8).fill(2)}})],
+    [/its skin: 16 numbers are not the matrices of 2 links/, cloth({skin: {...skin, inverseBind: new Float32Array(16)}})],
     [/batch 0: 0 instances/, batch({instanceCount: 0, instanceNames: []})],
     [/batch 0 has the slot 4096/, batch({slot: 4096})],
     [/batch 0 is of articulation 5, of 2/, batch({articulation: 5})],

@@ -12,8 +12,8 @@ import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Articulation, Batch, Input, Recording, Settings} from '../../perf/view/src/recording/types.js';
 import {fixture} from './fixture.js';
 import {
-  ARM, armPoses, boxOf, CRATE, CRATES, DEFINITIONS, HEADER, inputOf, NO_STATS, Numbers, POLICIES, posesOf,
-  SETTINGS,
+  ARM, armPoses, boxOf, CLOTH, CLOTHS, CRATE, CRATES, DEFINITIONS, HEADER, inputOf, NO_STATS, NONE, Numbers, POLICIES,
+  posesOf, SETTINGS,
 } from './scene.js';
 import type {Contents, WrittenFrame} from './write_recording.js';
 import {chunkOfContents, fileOf} from './write_recording.js';
@@ -60,7 +60,7 @@ const CHAIN: Articulation = {
   linkParents: Int16Array.from({length: LINKS}, (_, link) => link - 1),
   linkJoints: new Float32Array(3 * LINKS),
   leaves: Array.from({length: LINKS},
-                     (_, link) => ({link, box: boxOf([0.25, 0, 0], [0.25, 0.125, 0.125]), parts: []})),
+                     (_, link) => ({link, box: boxOf([0.25, 0, 0], [0.25, 0.125, 0.125]), parts: [], triangles: NONE})),
   ignoredPairs: new Uint16Array(0),
   restPose: null,
 };
@@ -264,6 +264,46 @@ test('the exact test drops what boxes alone report, and falsePositives says what
   assert.deepEqual([...engine.falsePositives(frame, {margin: 1})], []);
   const none = crates({});
   assert.deepEqual([...engine.falsePositives(none.frame(0), {})], [1, 0, 1, 1, 0, 0]);
+  engine.destroy();
+});
+
+// The second cloth stands on edge across the middle of the first, or far away.
+const cloths = (settings: Partial<Settings>, away = 0): Recording => recordingOf({
+  header: HEADER, articulations: [CLOTH], batches: [CLOTHS, {...CLOTHS, slot: 2}],
+  frames: [frameOf(0, {...SETTINGS, rules: [{a: 0, b: 1, pairing: 'between'}], ...settings}, [0, 1].map((batch) => inputOf(batch, {
+    poses: posesOf([1, 2].flatMap((_, i) => batch === 0 ? [0, 0, 0, 1, 0, 0, 2 * i + away, 0, 0, 0, 1, 0, 0, 2 * i + away] :
+      [Math.SQRT1_2, 0, 0, Math.SQRT1_2, 0, 0.5, 2 * i - 0.5, Math.SQRT1_2, 0, 0, Math.SQRT1_2, 0, 0.5, 2 * i - 0.5])),
+  })))],
+});
+
+test('triangles of skins that touch are named by their hits, by every instruction set', async () => {
+  for (const way of WAYS) {
+    const recording = cloths({policies: exactly({exact: 'surface'})});
+    const engine = await createEngine(recording, way);
+    const frame = recording.frame(0);
+    const {hits} = engine.run(frame, {});
+    // Slot 2 stands before slot 7, and is the upright one.
+    assert.deepEqual([...hits], [2, 0, 7, 0, 0, 0, 2, 1, 7, 1, 0, 0]);
+    const all = [[0, 0], [0, 1], [1, 0], [1, 1]];
+    assert.deepEqual([...engine.touchingTriangles(frame, hits)],
+                     [0, 1].flatMap((hit) => all.flatMap(([a, b]) => [hit, 0, a!, b!])));
+    assert.deepEqual([...engine.touchingTriangles(frame, hits.subarray(6))], all.flatMap(([a, b]) => [0, 0, a!, b!]));
+    assert.equal(engine.touchingTriangles(frame, new Uint32Array(0)).length, 0);
+    engine.destroy();
+  }
+});
+
+test('a skin is tested by its triangles, whatever else the dial says, and has no levels', async () => {
+  const recording = cloths({policies: exactly({exact: 'none'})}, 0.6);
+  const engine = await engineOf(recording), frame = recording.frame(0);
+  const boxes = engine.run(frame, {}).hits;
+  const asConvex = engine.run(frame, {exact: 'convex'});
+  assert.match(asConvex.notes.join(' '), /surface takes the place of convex/);
+  assert.deepEqual([...asConvex.hits], [...engine.run(frame, {exact: 'surface'}).hits]);
+  assert.equal(engine.falsePositives(frame, {}).length, boxes.length - asConvex.hits.length);
+  const level = engine.run(frame, {levelLeaves: 1});
+  assert.match(level.notes.join(' '), /cloth\) has a skin, which has no levels/);
+  assert.deepEqual([...level.hits], [...boxes]);
   engine.destroy();
 });
 

@@ -5,7 +5,9 @@ import {crc32 as crc32OfNode} from 'node:zlib';
 import {crc32} from '../../perf/view/src/recording/crc32.js';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Articulation, Frame} from '../../perf/view/src/recording/types.js';
-import {ARM, ARMS, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, Numbers, posesOf} from './scene.js';
+import {
+  ARM, ARMS, CLOTH, CRATE, CRATES, DEFINITIONS, FLOOR, frameOf, HEADER, NONE, Numbers, posesOf,
+} from './scene.js';
 import {fixture} from './fixture.js';
 import type {WrittenFrame} from './write_recording.js';
 import {chunkOfContents, fileOf} from './write_recording.js';
@@ -46,6 +48,16 @@ test('all that a recording has is read', () => {
   }
   assert.equal(recording.frame(3), recording.frame(3));
   for (const index of [-1, 7, 0.5, NaN]) assert.throws(() => recording.frame(index), RangeError);
+});
+
+test('a skin is read with the triangles of its leaves, in the place of boxes', () => {
+  const bound: Articulation = {...CLOTH, skin: {...CLOTH.skin!, inverseBind: Float32Array.from({length: 32}, (_, i) => i)}};
+  for (const cloth of [CLOTH, bound]) {
+    const {articulations, problems} = readRecording(
+        fileOf([chunkOfContents({...DEFINITIONS, articulations: [ARM, CRATE, cloth], frames: frames(0, 1)})]), 'cloth.cab');
+    assert.deepEqual(problems, []);
+    assert.deepEqual(articulations, [ARM, CRATE, cloth]);
+  }
 });
 
 test('bytes may lie anywhere in a buffer, and are a buffer too', () => {
@@ -158,7 +170,7 @@ test('a level of detail has the links of what it is a level of', () => {
   };
   const recording = readRecording(
       fileOf([chunkOfContents({...DEFINITIONS, articulations: [ARM, CRATE, level]})]), 'arms.cab');
-  const expected = {...level, leaves: [{link: 0, box: ARM.leaves[0]!.box, parts: []}]};
+  const expected = {...level, leaves: [{link: 0, box: ARM.leaves[0]!.box, parts: [], triangles: NONE}]};
   assert.deepEqual(recording.articulations[2], expected);
 });
 

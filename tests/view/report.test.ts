@@ -6,7 +6,7 @@ import {type Filter, filterIntervals, filterPairs, hasMetres, NO_FILTER} from '.
 import {characterPairs, heat, hottest, makeMatrix} from '../../perf/view/src/report/matrix_data.js';
 import {pairText, readPair} from '../../perf/view/src/report/pair_text.js';
 import {
-  depthText, fileNames, momentText, notEmbeddedText, notesOf, pairSentence, shareText,
+  depthText, fileNames, momentText, notEmbeddedText, notesOf, pairSentence, severityText, shareText,
 } from '../../perf/view/src/report/texts.js';
 import type {LinkRef, Report, ReportFile, ReportInterval, ReportPair} from '../../perf/view/src/report/types.js';
 
@@ -25,14 +25,15 @@ function intervalOf(first: number, last: number, depth: number | null, given: Pa
     ReportInterval {
   return {
     ...linksOf([1, 0, 0], [2, 0, 1]), first, last, frames: last - first + 1, first_seconds: first / 100,
-    last_seconds: last / 100, worst_depth: depth, worst_frame: first, worst_seconds: first / 100, ...given,
+    last_seconds: last / 100, worst_depth: depth, worst_triangles: null, worst_frame: first, worst_seconds: first / 100,
+    worst_point: null, ...given,
   };
 }
 
 function pairOf(a: LinkRef, b: LinkRef, frames: number, depth: number | null, longest = frames): ReportPair {
   return {
-    ...linksOf(a, b), frames, share: frames / 100, intervals: 2, longest, worst_depth: depth, worst_frame: 5,
-    worst_seconds: 0.05,
+    ...linksOf(a, b), frames, share: frames / 100, intervals: 2, longest, worst_depth: depth, worst_triangles: null,
+    worst_frame: 5, worst_seconds: 0.05, worst_point: null,
   };
 }
 
@@ -95,6 +96,25 @@ test('rows sort by every column, keep their order where equal, and have no depth
   assert.equal(columns.some((column) => column.title === 'File'), false);
   assert.equal(intervalColumns(reportOf(), ['a', 'b'])[0]!.title, 'File');
   for (const column of [...columns, ...pairColumns(reportOf(), ['a'])]) assert.notEqual(column.meaning, '');
+});
+
+test('triangles and places have columns where there are some, and depths where there are none of both', () => {
+  const titles = (rows: ReportInterval[]) =>
+    intervalColumns(reportOf({intervals: rows}), ['a.cab']).map(({title}) => title).slice(4, -3);
+  const skin = intervalOf(0, 4, null, {worst_triangles: 1234, worst_point: [1, -0.5, 0.005]});
+  assert.deepEqual(titles([intervalOf(0, 4, 0.1)]), ['Worst depth', 'At']);
+  assert.deepEqual(titles([intervalOf(0, 4, null)]), ['Worst depth', 'At']);
+  assert.deepEqual(titles([skin]), ['Triangles', 'At', 'Place']);
+  assert.deepEqual(titles([skin, intervalOf(0, 4, 0.1)]), ['Worst depth', 'Triangles', 'At', 'Place']);
+  const [triangles, , place] = intervalColumns(reportOf({intervals: [skin]}), ['a.cab']).slice(4);
+  assert.equal(triangles!.text(skin), '1\u202f234');
+  assert.equal(triangles!.text(intervalOf(0, 4, 0.1)), '\u2013');
+  assert.equal(place!.text(skin), '1.00, -0.50, 0.01 m');
+  assert.equal(place!.text(intervalOf(0, 4, 0.1)), '\u2013');
+  assert.equal(severityText(skin, fileOf()), '1\u202f234 triangles');
+  assert.equal(severityText(intervalOf(0, 4, 0.1), fileOf()), '100 mm');
+  const pair: ReportPair = {...pairOf([1, 0, 0], [2, 0, 2], 1, null), worst_triangles: 1};
+  assert.match(pairSentence(pair, fileOf()), /, at worst 1 triangle in frame 5$/);
 });
 
 test('files with problems come first', () => {
@@ -170,11 +190,11 @@ test('heat goes from 0 to 1, and is unknown without a depth', () => {
   const pairs = [pairOf([1, 0, 0], [2, 0, 0], 50, null), pairOf([1, 0, 0], [2, 0, 1], 25, 0.2),
                  pairOf([1, 0, 0], [2, 0, 2], 1, -0.1)];
   const byShare = hottest(pairs, 'share');
-  const byDepth = hottest(pairs, 'depth');
+  const byDepth = hottest(pairs, 'worst');
   assert.deepEqual([byShare, byDepth], [pairs[0], pairs[1]]);
   assert.deepEqual(pairs.map((pair) => heat(pair, 'share', byShare)), [1, 0.5, 0.02]);
-  assert.deepEqual(pairs.map((pair) => heat(pair, 'depth', byDepth)), [null, 1, 0]);
-  assert.equal(heat(pairs[2]!, 'depth', pairs[2]), 0);
-  assert.equal(hottest([pairs[0]!], 'depth'), undefined);
-  assert.equal(heat(pairs[0]!, 'depth', undefined), null);
+  assert.deepEqual(pairs.map((pair) => heat(pair, 'worst', byDepth)), [null, 1, 0]);
+  assert.equal(heat(pairs[2]!, 'worst', pairs[2]), 0);
+  assert.equal(hottest([pairs[0]!], 'worst'), undefined);
+  assert.equal(heat(pairs[0]!, 'worst', undefined), null);
 });

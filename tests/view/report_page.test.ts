@@ -40,7 +40,7 @@ function madeReport(): Report {
   const intervals: ReportInterval[] = Array.from({length: INTERVALS}, (_, i) => ({
     file: i === 1 ? 1 : 0, ...HIT.pair, character_a: 'anna', link_a: `link ${i}`, character_b: '<b>ben</b>',
     link_b: 'hand', first: HIT.frame, last: HIT.frame + i, frames: i + 1, first_seconds: 1, last_seconds: 2,
-    worst_depth: (1000 - i) / 10000, worst_frame: HIT.frame, worst_seconds: 1,
+    worst_depth: (1000 - i) / 10000, worst_triangles: null, worst_frame: HIT.frame, worst_seconds: 1, worst_point: null,
   }));
   const pairs: ReportPair[] = intervals.slice(0, 3).map((row, i) => ({
     ...row, a: [row.a[0], row.a[1], i], share: row.frames / 400, intervals: 1, longest: row.frames,

@@ -33,6 +33,9 @@ const partOf = (kind: Part['kind'], position: number[], size: number[], vertices
 export const posesOf = (values: ArrayLike<number>, format: Poses['format'] = 'quaternion_translation'): Poses =>
     ({format, hasScale: false, values: Float32Array.from(values)});
 
+/** Of leaves without triangles. */
+export const NONE = new Uint32Array(0);
+
 const bone = boxOf([0.5, 0, 0], [0.5, 0.125, 0.125]);
 
 export const ARM: Articulation = {
@@ -41,17 +44,19 @@ export const ARM: Articulation = {
   linkParents: new Int16Array([-1, 0]),
   linkJoints: new Float32Array(6),
   leaves: [
-    {link: 0, box: bone, parts: []},
+    {link: 0, box: bone, parts: [], triangles: NONE},
     {
       link: 1,
       box: bone,
       parts: [partOf('capsule', [0.5, 0, 0], [0.0625, 0.03125, 0]), partOf('sphere', [0.25, 0, 0], [0.0625, 0, 0])],
+      triangles: NONE,
     },
   ],
   ignoredPairs: new Uint16Array([0, 1]),
   ignoredHops: 1,
   restPose: posesOf([0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 0, 0]),
   level: null,
+  skin: null,
 };
 
 export const CRATE: Articulation = {
@@ -63,12 +68,38 @@ export const CRATE: Articulation = {
     link: 0,
     box: boxOf([0, 0, 0], [0.5, 0.5, 0.5]),
     parts: [partOf('convex_hull', [0, 0, 0], [0, 0, 0], [-0.5, 0, 0, 0.5, 0, 0, 0, 0.5, 0, 0, 0, 0.5])],
+    triangles: NONE,
   }],
   ignoredPairs: new Uint16Array(0),
   ignoredHops: 0,
   restPose: null,
   level: null,
+  skin: null,
 };
+
+/** A square along x and y, of two triangles, that bends along x between two links. */
+export const CLOTH: Articulation = {
+  name: 'cloth',
+  linkNames: ['hem', 'end'],
+  linkParents: new Int16Array([-1, 0]),
+  linkJoints: new Float32Array(6),
+  leaves: [{
+    link: 0, box: boxOf([0, 0, 0], [0, 0, 0]), parts: [], triangles: new Uint32Array([0, 1, 2, 1, 3, 2]),
+  }],
+  ignoredPairs: new Uint16Array(0),
+  ignoredHops: 0,
+  restPose: null,
+  level: null,
+  skin: {
+    vertices: new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0]),
+    influenceCount: 2,
+    influenceLinks: new Uint32Array([0, 1, 0, 1, 0, 1, 0, 1]),
+    influenceWeights: new Float32Array([1, 0, 0.25, 0.75, 1, 0, 0.25, 0.75]),
+    inverseBind: null,
+  },
+};
+export const CLOTHS: Batch =
+    {slot: 7, articulation: 0, instanceCount: 2, name: 'cloths', instanceNames: [], staticBodies: null};
 
 export const ARMS: Batch = {
   slot: 3,

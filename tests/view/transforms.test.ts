@@ -3,9 +3,10 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import type {Input, Poses} from '../../perf/view/src/recording/types.js';
+import {SkinShape} from '../../perf/view/src/scene/skin_shape.js';
 import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
 import {isDrawable, multiply, placeLinks, ROWS} from '../../perf/view/src/scene/transforms.js';
-import {boxOf, inputOf, posesOf} from './scene.js';
+import {ARM, boxOf, CLOTH, inputOf, Numbers, posesOf} from './scene.js';
 
 const HALF = Math.SQRT1_2;
 // A quarter turn about z, then by 1, 2, 3.
@@ -88,4 +89,37 @@ test('boxes of static bodies turn with them, and are relative to their origins',
     box: boxOf([1, 2, 3], [4, 5, 6]), parts: [],
   };
   near(boxesOfBodies([body]), [-2, 1, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1, 4, 5, 6]);
+});
+
+test('vertices of a skin are at the weighted mean of where its links take them', () => {
+  assert.equal(SkinShape.of(ARM), null);
+  assert.equal(SkinShape.of(undefined), null);
+  const numbers = new Numbers(9);
+  const values = (count: number): Float32Array => Float32Array.from({length: count}, () => numbers.next());
+  const bind = values(32), weights = values(8).map((weight) => Math.abs(weight));
+  weights[3] = 0;
+  const shape = SkinShape.of({...CLOTH, skin: {...CLOTH.skin!, influenceWeights: weights, inverseBind: bind}})!;
+  assert.equal(shape.triangleCount, 2);
+  assert.deepEqual([...shape.links], [0, 0]);
+  const rows = values(4 * ROWS), positions = new Float32Array(12), normals = new Float32Array(12);
+  shape.place(rows, 2 * ROWS, positions, normals);
+  const {vertices, influenceLinks} = CLOTH.skin!;
+  for (let v = 0; v < 4; ++v) {
+    const wanted = [0, 0, 0], turned = [0, 0, 0];
+    const sum = weights[2 * v]! + weights[2 * v + 1]!;
+    for (const i of [2 * v, 2 * v + 1]) {
+      const m = 16 * influenceLinks[i]!, r = (2 + influenceLinks[i]!) * ROWS;
+      // The normal of the cloth is along z, and as long as the areas of a vertex's triangles are.
+      const apply = (p: readonly number[], w: number): number[] => {
+        const at = [0, 1, 2].map((c) => bind[m + c]! * p[0]! + bind[m + 4 + c]! * p[1]! + bind[m + 8 + c]! * p[2]! +
+          w * bind[m + 12 + c]!);
+        return [0, 4, 8].map((c) => rows[r + c]! * at[0]! + rows[r + c + 1]! * at[1]! + rows[r + c + 2]! * at[2]! +
+          w * rows[r + c + 3]!);
+      };
+      apply([...vertices.subarray(3 * v, 3 * v + 3)], 1).forEach((x, k) => (wanted[k]! += weights[i]! / sum * x));
+      apply([0, 0, v === 0 || v === 3 ? 1 : 2], 0).forEach((x, k) => (turned[k]! += weights[i]! / sum * x));
+    }
+    near(positions.subarray(3 * v, 3 * v + 3), wanted);
+    near(normals.subarray(3 * v, 3 * v + 3), turned);
+  }
 });

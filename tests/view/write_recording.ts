@@ -4,7 +4,7 @@ import {crc32} from 'node:zlib';
 import {Builder} from 'flatbuffers';
 import * as format from 'recording-format';
 import type {
-  Articulation, Batch, Box, Frame, Header, Input, Level, Part, Poses, Settings, StaticBodies, Stats,
+  Articulation, Batch, Box, Frame, Header, Input, Level, Part, Poses, Settings, Skin, StaticBodies, Stats,
 } from '../../perf/view/src/recording/types.js';
 
 const SHAPES: readonly Part['kind'][] =
@@ -90,6 +90,17 @@ class PayloadWriter {
     return format.Level.endLevel(builder);
   }
 
+  #skin({vertices, influenceCount, influenceLinks, influenceWeights, inverseBind}: Skin): number {
+    const {builder} = this;
+    const lists = [
+      format.Skin.createVerticesVector(builder, vertices),
+      format.Skin.createInfluenceLinksVector(builder, influenceLinks),
+      format.Skin.createInfluenceWeightsVector(builder, influenceWeights),
+      inverseBind === null ? 0 : format.Skin.createInverseBindVector(builder, inverseBind),
+    ] as const;
+    return format.Skin.createSkin(builder, lists[0], influenceCount, lists[1], lists[2], lists[3]);
+  }
+
   articulation(articulation: Articulation): number {
     const {builder} = this, {level, restPose} = articulation;
     const name = builder.createString(articulation.name);
@@ -101,9 +112,12 @@ class PayloadWriter {
     const joints = own ? format.Articulation.createLinkJointsVector(builder, articulation.linkJoints) : 0;
     const leaves = own ? format.Articulation.createLeavesVector(builder, articulation.leaves.map((leaf) => {
       const parts = format.Leaf.createPartsVector(builder, this.#parts(leaf.parts));
-      const box = format.Leaf.createBoxVector(builder, boxNumbers(leaf.box));
-      return format.Leaf.createLeaf(builder, leaf.link, box, parts);
+      const isRigid = leaf.triangles.length === 0;
+      const box = isRigid ? format.Leaf.createBoxVector(builder, boxNumbers(leaf.box)) : 0;
+      const triangles = isRigid ? 0 : format.Leaf.createTrianglesVector(builder, leaf.triangles);
+      return format.Leaf.createLeaf(builder, leaf.link, box, parts, triangles);
     })) : 0;
+    const skin = articulation.skin === null ? 0 : this.#skin(articulation.skin);
     const ignored = own ? format.Articulation.createIgnoredPairsVector(builder, articulation.ignoredPairs) : 0;
     const rest = restPose === null ? 0 : this.poses(restPose, false);
     format.Articulation.startArticulation(builder);
@@ -117,6 +131,7 @@ class PayloadWriter {
       format.Articulation.addIgnoredHops(builder, articulation.ignoredHops);
     }
     if (rest !== 0) format.Articulation.addRestPose(builder, rest);
+    if (skin !== 0) format.Articulation.addSkin(builder, skin);
     if (levelAt !== 0) format.Articulation.addLevel(builder, levelAt);
     return format.Articulation.endArticulation(builder);
   }

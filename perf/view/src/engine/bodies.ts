@@ -1,10 +1,10 @@
 // Articulations and static bodies of a recording, as descriptions for the engine, and coarser levels of them.
 import type {
-  Articulation as Body, ArticulationDesc, ConvexPart, LodDesc, Poses as PosesDesc, StaticDesc,
+  Articulation as Body, ArticulationDesc, ConvexPart, LodDesc, Poses as PosesDesc, SkinDesc, StaticDesc,
 } from 'cab-collision';
 import {RecordingError} from '../recording/error.js';
 import {
-  type Articulation, FLOATS_PER_POSE, type Input, type Part, type Poses, type Recording, type StaticBodies,
+  type Articulation, FLOATS_PER_POSE, type Input, type Part, type Poses, type Recording, type Skin, type StaticBodies,
 } from '../recording/types.js';
 
 /** Frames, evenly over the recording, whose poses say how far joints are from their links. */
@@ -18,18 +18,22 @@ const partOf = ({kind, position, rotation, size, vertices}: Part): ConvexPart =>
 const posesOf = ({format, hasScale, values}: Poses): PosesDesc => ({format, hasScale, data: values});
 
 export function descOf(articulation: Articulation): ArticulationDesc {
-  const {linkParents, linkJoints, leaves, ignoredPairs, ignoredHops, restPose} = articulation;
+  const {linkParents, linkJoints, leaves, ignoredPairs, ignoredHops, restPose, skin} = articulation;
   const pairs = Array.from({length: ignoredPairs.length / 2},
                            (_, i) => ({a: ignoredPairs[2 * i]!, b: ignoredPairs[2 * i + 1]!}));
   return {
     linkParents,
     linkJoints,
-    leaves: leaves.map(({link, box, parts}) => ({link, box, parts: parts.map(partOf)})),
+    leaves: leaves.map(({link, box, parts, triangles}) =>
+      triangles.length > 0 ? {link, triangles} : {link, box, parts: parts.map(partOf)}),
     ignoredPairs: pairs,
     ignoredHops,
     ...(restPose && {restPose: posesOf(restPose)}),
+    ...(skin && {skin: skinDescOf(skin)}),
   };
 }
+
+const skinDescOf = ({inverseBind, ...skin}: Skin): SkinDesc => ({...skin, ...(inverseBind && {inverseBind})});
 
 /** A level that the recording has. `of`: what it is a level of. */
 export function lodDescOf(articulation: Articulation, of: Body): LodDesc {

@@ -12,7 +12,14 @@ export interface Choice {
 
 const FIELDS = ['refit', 'strategy', 'exact', 'extents', 'sat'] as const;
 
-export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choice {
+/** What bodies have that an exact test may ask for. */
+export interface Shapes {
+  /** No level of detail is of nodes. */
+  hasShapes: boolean;
+  hasSkins: boolean;
+}
+
+export function choose(settings: Settings, dial: Dial, {hasShapes, hasSkins}: Shapes): Choice {
   const notes: string[] = [];
   const chosen: Record<string, string> = {};
   for (const field of FIELDS) {
@@ -22,6 +29,10 @@ export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choi
   if (chosen['exact'] === 'fcl') {
     chosen['exact'] = 'convex';
     notes.push('The exact test fcl is not in this page: convex takes its place, whose bits are its own.');
+  }
+  if (hasSkins && chosen['exact'] === 'convex') {
+    chosen['exact'] = 'surface';
+    notes.push('A skin is tested by its triangles: surface takes the place of convex.');
   }
   if (!hasShapes && chosen['exact'] !== undefined && chosen['exact'] !== 'none') {
     chosen['exact'] = 'none';
@@ -49,12 +60,14 @@ export function choose(settings: Settings, dial: Dial, hasShapes: boolean): Choi
 }
 
 /** The same, for link pairs that touch by boxes alone, or by an exact test. */
-export function chooseForFalsePositives(settings: Settings, dial: Dial): {byBoxes: Choice; byShapes: Choice} {
-  const {policies, job, notes} = choose(settings, dial, true);
+export function chooseForFalsePositives(settings: Settings, dial: Dial, hasSkins: boolean):
+    {byBoxes: Choice; byShapes: Choice} {
+  const {policies, job, notes} = choose(settings, dial, {hasShapes: true, hasSkins});
   const both = {...job, minDepth: 0, report: 'hits', contacts: false} as const;
-  const exact = policies.exact === undefined || policies.exact === 'none' ? 'convex' : policies.exact;
+  const isExact = policies.exact !== undefined && policies.exact !== 'none';
+  const exact = isExact ? policies.exact : hasSkins ? 'surface' : 'convex';
   return {
     byBoxes: {policies: {...policies, exact: 'none'}, job: both, notes},
-    byShapes: {policies: {...policies, exact}, job: both, notes},
+    byShapes: {policies: {...policies, exact: exact!}, job: both, notes},
   };
 }

@@ -36,7 +36,7 @@ class Engine implements EngineInPage {
 
   run(frame: Frame, dial: Dial): RunResult {
     const world = this.#given(frame, dial);
-    const choice = choose(frame.settings, dial, world.hasShapes);
+    const choice = choose(frame.settings, dial, world);
     const {stats, ...result} = this.#run(world, frame, choice);
     return {
       ...result,
@@ -53,7 +53,7 @@ class Engine implements EngineInPage {
   falsePositives(frame: Frame, dial: Dial): Uint32Array {
     const world = this.#given(frame, dial);
     if (!world.hasShapes) return new Uint32Array(0);
-    const {byBoxes, byShapes} = chooseForFalsePositives(frame.settings, dial);
+    const {byBoxes, byShapes} = chooseForFalsePositives(frame.settings, dial, world.hasSkins);
     return without(this.#run(world, frame, byBoxes).hits, this.#run(world, frame, byShapes).hits);
   }
 
@@ -62,7 +62,11 @@ class Engine implements EngineInPage {
       return {nodeCount: 0, leafCount: 0, values: new Float32Array(0)};
     }
     const world = this.#given(frame, dial);
-    return world.boxes(batch, choose(frame.settings, dial, world.hasShapes));
+    return world.boxes(batch, choose(frame.settings, dial, world));
+  }
+
+  touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array {
+    return this.#given(frame, {}).touchingTriangles(frame, hits);
   }
 
   merges(batch: number, dial: Dial): MergeStep[] {

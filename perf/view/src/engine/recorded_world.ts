@@ -2,7 +2,7 @@
 // the world lacks, or gives a batch other arrays than before.
 import {CabError} from 'cab-collision';
 import type {Articulation as Body, Batch, Cab, FrameJob, Hits, Isa, MergeStep, World} from 'cab-collision';
-import type {Frame, Input, Recording} from '../recording/types.js';
+import {type Frame, type Input, type Recording, type Skin, WORDS_PER_HIT} from '../recording/types.js';
 import {descOf, lodDescOf, posesForReach, staticDescOf} from './bodies.js';
 import type {Choice} from './choice.js';
 
@@ -28,6 +28,7 @@ export class RecordedWorld {
   #full = new Map<number, Body>();  // by articulation, at full detail
   #bodies = new Map<number, Body>();  // by articulation, as batches have it
   #hasShapes = true;
+  #hasSkins = false;
   #members = new Map<number, Member>();  // by slot of the recording
   #slots: number[] = [];  // by slot of the world: that of the recording
 
@@ -43,6 +44,9 @@ export class RecordedWorld {
   /** Whether there are shapes for an exact test. Known once frames are given. */
   get hasShapes(): boolean { return this.#hasShapes; }
 
+  /** Whether a batch of the last frame that was given has a skin. */
+  get hasSkins(): boolean { return this.#hasSkins; }
+
   destroy(): void { this.#world.destroy(); }
 
   /** Gives the engine what the frame has. */
@@ -54,6 +58,12 @@ export class RecordedWorld {
     });
     if (!fits) this.#makeFor(frame);
     for (const input of frame.inputs) this.#fill(this.#batchOf(input.batch), input);
+    this.#hasSkins = frame.inputs.some(({batch}) => this.#skinOf(batch) !== null);
+  }
+
+  #skinOf(batch: number): Skin | null {
+    const {articulations, batches} = this.recording;
+    return articulations[batches[batch]?.articulation ?? -1]?.skin ?? null;
   }
 
   run(frame: Frame, {policies, job}: Choice): Hits {
@@ -62,6 +72,31 @@ export class RecordedWorld {
     return this.#world.runFrame({
       ...job, policies, rules, batches: frame.inputs.map(({batch}) => this.#batchOf(batch)),
     });
+  }
+
+  /**
+   * Triangles of skins that touch, of hits with the slots of the recording: four words each, as the engine has them, but
+   * the first is the index of the hit.
+   */
+  touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array {
+    const bySlot = new Map(frame.inputs.map(({batch}) => [this.recording.batches[batch]!.slot, batch]));
+    const ownSlot = new Map<number, number>();
+    this.#slots.forEach((slot, own) => ownSlot.set(slot, own));
+    const hasSkin = (slot: number): boolean => this.#skinOf(bySlot.get(slot) ?? -1) !== null;
+    const pairs = new Uint32Array(hits.length), indices = new Uint32Array(hits.length / WORDS_PER_HIT);
+    let count = 0;
+    for (let at = 0; at < hits.length; at += WORDS_PER_HIT) {
+      if (!hasSkin(hits[at]!) || !hasSkin(hits[at + 2]!)) continue;
+      pairs.set(hits.subarray(at, at + WORDS_PER_HIT), WORDS_PER_HIT * count);
+      for (const side of [0, 2]) pairs[WORDS_PER_HIT * count + side] = ownSlot.get(hits[at + side]!)!;
+      indices[count++] = at / WORDS_PER_HIT;
+    }
+    if (count === 0) return new Uint32Array(0);
+    const batches = frame.inputs.map(({batch}) => this.#batchOf(batch));
+    const found = this.#world.findTouchingTriangles({pairs: pairs.subarray(0, WORDS_PER_HIT * count), batches});
+    const words = found.words().slice();
+    for (let at = 0; at < words.length; at += found.wordsPerHit) words[at] = indices[words[at]!]!;
+    return words;
   }
 
   boxes(batch: number, {policies}: Choice): ReturnType<World['computeBoxes']> {
@@ -138,6 +173,10 @@ export class RecordedWorld {
     const body = inWords(`articulation ${index} ${articulation.name}`, () => {
       if (articulation.level !== null) return this.#recordedLevel(index);
       const full = this.#fullOf(index);
+      if (this.levelLeaves !== null && articulation.skin) {
+        this.#note(index, 'has a skin, which has no levels, and stays as it is');
+        return full;
+      }
       return this.levelLeaves === null ? full : this.#levelOf(index, full, this.levelLeaves);
     });
     this.#bodies.set(index, body);

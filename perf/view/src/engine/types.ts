@@ -1,6 +1,8 @@
 // The engine in the page: cab compiled to WebAssembly, fed with frames of a recording.
 import type {Frame} from '../recording/types.js';
 
+export const WORDS_PER_TRIANGLES = 4;
+
 /** What a person changes about a frame before it runs again. Left out: as it was recorded. */
 export interface Dial {
   refit?: string;
@@ -54,6 +56,11 @@ export interface EngineInPage {
    * dropped, or what an exact test would drop of a frame without one. None where a level of detail has no shapes.
    */
   falsePositives(frame: Frame, dial: Dial): Uint32Array;
+  /**
+   * Triangles of skins that touch, of hits of the frame: WORDS_PER_TRIANGLES each, which are the index of the hit, leaf a
+   * in the lower half and leaf b, and which triangle of each leaf it is.
+   */
+  touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array;
   /** Boxes of all nodes of the instances of a batch. */
   boxes(frame: Frame, batch: number, dial: Dial): Boxes;
   /** The merges of a batch's hierarchy, in order. */

@@ -1,13 +1,13 @@
 // What frames refer to: the header of a recording, articulations and batches.
 import type {
   Articulation as ArticulationTable, Batch as BatchTable, Header as HeaderTable, Leaf as LeafTable,
-  Level as LevelTable, LevelLeaf as LevelLeafTable, Part as PartTable, StaticBodies as StaticBodiesTable,
-  StaticBody as StaticBodyTable,
+  Level as LevelTable, LevelLeaf as LevelLeafTable, Part as PartTable, Skin as SkinTable,
+  StaticBodies as StaticBodiesTable, StaticBody as StaticBodyTable,
 } from 'recording-format';
 import type {Payload} from './payload.js';
 import {readPoses} from './poses.js';
 import type {
-  Articulation, Batch, Box, Header, Leaf, Level, LevelLeaf, Part, Poses, ShapeKind, StaticBodies, StaticBody,
+  Articulation, Batch, Box, Header, Leaf, Level, LevelLeaf, Part, Poses, ShapeKind, Skin, StaticBodies, StaticBody,
 } from './types.js';
 
 // The limits of the engine.
@@ -91,12 +91,41 @@ function linkOf(payload: Payload, what: string, link: number, linkCount: number)
   return link;
 }
 
-function readLeaf(payload: Payload, what: string, table: LeafTable, linkCount: number): Leaf {
+const POINT: Box = boxOf(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));
+
+function readLeaf(payload: Payload, what: string, table: LeafTable, linkCount: number, skin: Skin | null): Leaf {
+  const triangles = payload.numbers(`${what}: its triangles`, () => table.trianglesArray()) ?? new Uint32Array(0);
+  checkTriangles(payload, what, triangles, (skin?.vertices.length ?? 0) / 3);
   return {
     link: linkOf(payload, what, table.link(), linkCount),
-    box: boxOf(payload.exactly(`${what}: its box`, 15, () => table.boxArray())),
+    box: triangles.length > 0 ? POINT : boxOf(payload.exactly(`${what}: its box`, 15, () => table.boxArray())),
     parts: readParts(payload, what, table),
+    triangles,
   };
+}
+
+function checkTriangles(payload: Payload, what: string, triangles: Uint32Array, vertexCount: number): void {
+  payload.check(triangles.length % 3 === 0, () => `${what}: ${triangles.length} numbers are no triangles`);
+  for (const vertex of triangles) {
+    payload.check(vertex < vertexCount, () => `${what}: a triangle names vertex ${vertex}, of ${vertexCount}`);
+  }
+}
+
+function readSkin(payload: Payload, what: string, table: SkinTable, linkCount: number): Skin {
+  const vertices = payload.numbers(`${what}: its vertices`, () => table.verticesArray()) ?? new Float32Array(0);
+  payload.check(vertices.length % 3 === 0, () => `${what}: ${vertices.length} numbers are no vertices`);
+  const influenceCount = table.influenceCount(), influences = vertices.length / 3 * influenceCount;
+  const influenceLinks = payload.numbers(`${what}: its links`, () => table.influenceLinksArray()) ?? new Uint32Array(0);
+  const influenceWeights =
+      payload.numbers(`${what}: its weights`, () => table.influenceWeightsArray()) ?? new Float32Array(0);
+  payload.check(influenceLinks.length === influences && influenceWeights.length === influences,
+                () => `${what}: ${influenceLinks.length} links and ${influenceWeights.length} weights, and ` +
+                      `${influences} are needed`);
+  for (const link of influenceLinks) linkOf(payload, what, link, linkCount);
+  const inverseBind = payload.numbers(`${what}: its matrices`, () => table.inverseBindArray());
+  payload.check(inverseBind === null || inverseBind.length === 16 * linkCount,
+                () => `${what}: ${inverseBind?.length} numbers are not the matrices of ${linkCount} links`);
+  return {vertices, influenceCount, influenceLinks, influenceWeights, inverseBind};
 }
 
 const namesOfLinks = (names: string[], count: number): string[] =>
@@ -120,9 +149,10 @@ function readArticulation(payload: Payload, what: string, table: ArticulationTab
       ...of,
       name,
       linkNames: linkNames.length > 0 ? linkNames : of.linkNames,
-      leaves: level.leaves.map(({link, box}) => ({link, box, parts: []})),
+      leaves: level.leaves.map(({link, box}) => ({link, box, parts: [], triangles: new Uint32Array(0)})),
       restPose: null,
       level,
+      skin: null,
     };
   }
   const linkParents = readParents(payload, what, table);
@@ -131,8 +161,10 @@ function readArticulation(payload: Payload, what: string, table: ArticulationTab
   const joints = payload.numbers(`${what}: its joints`, () => table.linkJointsArray());
   payload.check(joints === null || joints.length === 3 * linkCount,
                 () => `${what}: ${joints?.length} numbers are not the joints of ${linkCount} links`);
+  const skinTable = table.skin();
+  const skin = skinTable && readSkin(payload, `${what}: its skin`, skinTable, linkCount);
   const leaves = payload.list(`${what}: leaf`, table.leavesLength(), (i) => table.leaves(i),
-                              (leaf, where) => readLeaf(payload, where, leaf, linkCount));
+                              (leaf, where) => readLeaf(payload, where, leaf, linkCount, skin));
   payload.check(leaves.length >= 1 && leaves.length <= MOST_LEAVES,
                 () => `${what}: ${leaves.length} leaves, and 1 to ${MOST_LEAVES} may be`);
   const ignoredPairs = payload.numbers(`${what}: its ignored pairs`, () => table.ignoredPairsArray()) ??
@@ -151,6 +183,7 @@ function readArticulation(payload: Payload, what: string, table: ArticulationTab
     restPose: rest && readPoses(payload, `${what}: its rest pose`, rest, poseStep,
                                 {least: linkCount, most: linkCount, links: linkCount}),
     level: null,
+    skin,
   };
 }
 
@@ -235,11 +268,7 @@ function readStaticBodies(payload: Payload, what: string, table: StaticBodiesTab
   const vertices = payload.numbers(`${what}: its vertices`, () => table.verticesArray()) ?? new Float32Array(0);
   const triangles = payload.numbers(`${what}: its triangles`, () => table.trianglesArray()) ?? new Uint32Array(0);
   payload.check(vertices.length % 3 === 0, () => `${what}: ${vertices.length} numbers are no vertices`);
-  payload.check(triangles.length % 3 === 0, () => `${what}: ${triangles.length} numbers are no triangles`);
-  const vertexCount = vertices.length / 3;
-  for (const vertex of triangles) {
-    payload.check(vertex < vertexCount, () => `${what}: a triangle names vertex ${vertex}, of ${vertexCount}`);
-  }
+  checkTriangles(payload, what, triangles, vertices.length / 3);
   const origin = payload.numbers(`${what}: its origin`, () => table.originArray()) ?? new Float64Array(3);
   payload.check(origin.length === 3, () => `${what}: ${origin.length} numbers are no origin`);
   return {bodies, vertices, triangles, origin};

@@ -36,9 +36,23 @@ export interface Part {
 
 export interface Leaf {
   link: number;
+  /** Of a leaf with triangles a point at the link's origin: the engine makes its box. */
   box: Box;
   /** Empty: the box is the shape. */
   parts: Part[];
+  /** Three vertices of the articulation's skin each. Empty: the leaf is rigid. */
+  triangles: Uint32Array;
+}
+
+/** Vertices that several links move by a linear blend. */
+export interface Skin {
+  vertices: Float32Array;
+  influenceCount: number;
+  /** influenceCount per vertex, and so are weights. */
+  influenceLinks: Uint32Array;
+  influenceWeights: Float32Array;
+  /** 16 numbers by columns per link. Null: links have the skin's frame. */
+  inverseBind: Float32Array | null;
 }
 
 export type PoseFormat = 'quaternion_translation' | 'matrix3x4_rows' | 'matrix4x4_columns';
@@ -79,6 +93,8 @@ export interface Articulation {
   restPose: Poses | null;
   /** Of a level of detail; null for what is none. */
   level: Level | null;
+  /** The vertices of leaves with triangles; null: there are none. */
+  skin: Skin | null;
 }
 
 export interface StaticBody {

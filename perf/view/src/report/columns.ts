@@ -1,6 +1,6 @@
 // The columns of the tables of intervals, pairs and files.
 import {count} from '../ui/format.js';
-import {baseName, depthText, momentText, shareText} from './texts.js';
+import {baseName, depthText, momentText, pointText, severityText, shareText} from './texts.js';
 import type {Report, ReportFile, ReportInterval, ReportPair, Row} from './types.js';
 
 /** What rows are sorted by. Null stands last in either order. */
@@ -49,21 +49,31 @@ export function linkColumns<R extends Row>(names: readonly string[]): Column<R>[
   return columns;
 }
 
-function depthColumn<R extends Row>(report: Report): Column<R> {
-  return numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst_depth,
-    (row) => depthText(row.worst_depth, report.files[row.file]));
-}
-
-function worstColumn<R extends Row>(): Column<R> {
-  return numbers(['At', 'when the deepest contact is'], (row) => row.worst_frame,
-    (row) => momentText(row.worst_frame, row.worst_seconds));
+/** What is known of the worst frames of some rows: columns that would be empty are left out. */
+function worstColumns<R extends Row>(report: Report, rows: readonly R[]): Column<R>[] {
+  const columns: Column<R>[] = [];
+  const hasTriangles = rows.some(({worst_triangles: triangles}) => triangles !== null);
+  if (!hasTriangles || rows.some(({worst_depth: depth}) => depth !== null)) {
+    columns.push(numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst_depth,
+      (row) => depthText(row.worst_depth, report.files[row.file])));
+  }
+  if (hasTriangles) {
+    columns.push(numbers(['Triangles', 'how many pairs of triangles touch in the worst frame'],
+      (row) => row.worst_triangles, ({worst_triangles: triangles}) => triangles === null ? '\u2013' : count(triangles)));
+  }
+  columns.push(numbers(['At', 'when the worst contact is'], (row) => row.worst_frame,
+    (row) => momentText(row.worst_frame, row.worst_seconds)));
+  if (rows.some(({worst_point: point}) => point !== null)) {
+    columns.push({...words<R>(['Place', 'where it is in the world, x y z'],
+      (row) => pointText(row.worst_point, report.files[row.file])), kind: 'number'});
+  }
+  return columns;
 }
 
 export function intervalColumns(report: Report, names: readonly string[]): Column<ReportInterval>[] {
   return [
     ...linkColumns<ReportInterval>(names),
-    depthColumn(report),
-    worstColumn(),
+    ...worstColumns(report, report.intervals),
     numbers(['First', 'the first frame in contact'], (row) => row.first, (row) => count(row.first)),
     numbers(['Last', 'the last frame in contact'], (row) => row.last, (row) => count(row.last)),
     numbers(['Frames', 'how many frames it lasts'], (row) => row.frames, (row) => count(row.frames)),
@@ -73,8 +83,7 @@ export function intervalColumns(report: Report, names: readonly string[]): Colum
 export function pairColumns(report: Report, names: readonly string[]): Column<ReportPair>[] {
   return [
     ...linkColumns<ReportPair>(names),
-    depthColumn(report),
-    worstColumn(),
+    ...worstColumns(report, report.pairs),
     numbers(['Share', 'the share of all frames in contact'], (row) => row.share, (row) => shareText(row.share)),
     numbers(['Frames', 'how many frames are in contact'], (row) => row.frames, (row) => count(row.frames)),
     numbers(['Intervals', 'how many intervals of contact there are'], (row) => row.intervals,
@@ -97,7 +106,7 @@ export function fileColumns(): Column<FileRow>[] {
     numbers(['Frames', 'frames that could be read'], (row) => row.file.frames_read,
       (row) => count(row.file.frames_read)),
     numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst?.worst_depth ?? null,
-      (row) => row.worst ? depthText(row.worst.worst_depth, row.file) : '\u2013'),
+      (row) => row.worst ? severityText(row.worst, row.file) : '\u2013'),
     {...words<FileRow>(['Problems', 'what could not be read'], (row) => row.file.problems.join('. ')), kind: 'sentence'},
   ];
 }

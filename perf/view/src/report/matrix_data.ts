@@ -66,11 +66,11 @@ export function makeMatrix({pairs}: CharacterPair, most: number): Matrix {
   return {rows: rows.names, columns: columns.names, cells, leftOut};
 }
 
-export type Measure = 'share' | 'depth';
+export type Measure = 'share' | 'worst';
 
-/** How much a pair touches. Null: the measure knows nothing of it. */
+/** How much a pair touches, or how badly: by its depth, else by its triangles. Null: the measure knows nothing of it. */
 export const measureOf = (pair: ReportPair, measure: Measure): number | null =>
-  measure === 'share' ? pair.share : pair.worst_depth;
+  measure === 'share' ? pair.share : pair.worst_depth ?? pair.worst_triangles;
 
 /** The pair that touches the most; undefined: the measure knows nothing of any. */
 export function hottest(pairs: readonly ReportPair[], measure: Measure): ReportPair | undefined {

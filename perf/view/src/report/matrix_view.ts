@@ -1,7 +1,7 @@
 // Shows the matrix of links of two characters as a heat map, whose numbers stand below it in words.
 import {el, setText} from '../ui/dom.js';
 import {characterPairs, type CharacterPair, heat, hottest, makeMatrix, type Measure} from './matrix_data.js';
-import {depthText, pairSentence, shareText} from './texts.js';
+import {pairSentence, severityText, shareText} from './texts.js';
 import type {Report, ReportPair} from './types.js';
 
 const MOST_LINKS = 80;
@@ -14,7 +14,7 @@ export class MatrixView {
   readonly #onOpen: (pair: ReportPair) => void;
   readonly #which = el('select', {'aria-label': 'Characters', change: () => this.#show()});
   readonly #measure = el('select', {'aria-label': 'Colour by', change: () => this.#show()},
-    el('option', {value: 'share'}, 'share of frames'), el('option', {value: 'depth'}, 'worst depth'));
+    el('option', {value: 'share'}, 'share of frames'), el('option', {value: 'worst'}, 'worst contact'));
   readonly #grid = el('div', {class: 'report-scroll'});
   readonly #note = el('p', {class: 'quiet'});
   readonly #words = el('p', {class: 'quiet', 'aria-live': 'polite'});
@@ -74,7 +74,7 @@ export class MatrixView {
   #scale(pair: ReportPair | undefined, measure: Measure): string {
     if (!pair) return 'No depth is known; record it with contacts.';
     const most = measure === 'share' ? `${shareText(pair.share)} of the frames` :
-      depthText(pair.worst_depth, this.#report.files[pair.file]);
+      severityText(pair, this.#report.files[pair.file]);
     return `The warmest colour is ${most}, the coolest none.`;
   }
 

@@ -10,6 +10,16 @@ export function depthText(depth: number | null, file: ReportFile | undefined): s
   return depth < 0 ? `${text} apart` : text;
 }
 
+/** How bad the worst frame of a row is: its depth, or how many triangles touch. */
+export const severityText = (row: Row, file: ReportFile | undefined): string =>
+  row.worst_depth === null && row.worst_triangles !== null ? plural(row.worst_triangles, 'triangle') :
+    depthText(row.worst_depth, file);
+
+/** A point in the world. In metres where the unit is known. */
+export const pointText = (point: Row['worst_point'], file: ReportFile | undefined): string =>
+  point === null ? '\u2013' :
+    point.map((x) => x.toFixed(2)).join(', ') + (file !== undefined && file.metres_per_unit > 0 ? ' m' : '');
+
 /** A frame and when it is. */
 export const momentText = (frame: number, time: number | null): string =>
   time === null ? count(frame) : `${count(frame)} (${seconds(time)})`;
@@ -37,8 +47,8 @@ export const pairTitle = (row: Row): string =>
 
 /** All that a report knows of a pair, in a sentence. */
 export function pairSentence(pair: ReportPair, file: ReportFile | undefined): string {
-  const depth = pair.worst_depth === null ? '' :
-    `, at worst ${depthText(pair.worst_depth, file)}${pair.worst_depth < 0 ? '' : ' deep'} in frame ` +
+  const depth = pair.worst_depth === null && pair.worst_triangles === null ? '' :
+    `, at worst ${severityText(pair, file)}${(pair.worst_depth ?? -1) < 0 ? '' : ' deep'} in frame ` +
     count(pair.worst_frame);
   return `${pairTitle(pair)}: ${plural(pair.frames, 'frame')} (${shareText(pair.share)}) in ` +
     `${plural(pair.intervals, 'interval')}${depth}`;

@@ -39,7 +39,11 @@ export interface Row extends RowLinks {
   readonly frames: number;
   /** Null: none is known. */
   readonly worst_depth: number | null;
+  /** Pairs of triangles of skins that touch in the worst frame. Null: none. */
+  readonly worst_triangles: number | null;
   readonly worst_frame: number;
+  /** Where that is in the world, in the unit of depths. Null: it is not known. */
+  readonly worst_point: readonly [x: number, y: number, z: number] | null;
   /** Null: the recording has no time there. */
   readonly worst_seconds: number | null;
 }

@@ -3,10 +3,12 @@ import * as THREE from 'three';
 import type {Input, Recording, StaticBody} from '../recording/types.js';
 import type {Bounds} from './bounds.js';
 import {characterColor, COLORS, shaded} from './colors.js';
+import {DrawnSkin} from './drawn_skin.js';
 import type {Fineness} from './geometries.js';
 import {COPY, Instances, PATTERN} from './instances.js';
 import {clearMarks, makeMarks, mark, MARK, type Marks} from './marks.js';
 import {characterPieces, linkCountOf, type PieceGroup, staticPieces} from './pieces.js';
+import {SkinShape} from './skin_shape.js';
 import {isDrawable, multiply, placeLinks, ROWS, writeRotation} from './transforms.js';
 
 interface DrawnGroup extends PieceGroup {
@@ -31,7 +33,10 @@ export class DrawnBatch {
   readonly linkRows: Float32Array;
   /** 1 per instance that takes part. */
   readonly present: Uint8Array;
+  /** How many instances have a skin that is not drawn. */
+  skinsLeftOut = 0;
   readonly #groups: DrawnGroup[];
+  readonly #skin: DrawnSkin | null;
   /** The instances that take part, in the order in which they are drawn: the nearest first, which hide others. */
   #order: number[] = [];
   readonly #distances: Float32Array;
@@ -54,6 +59,9 @@ export class DrawnBatch {
       this.object.add(instances.object);
       return {...group, instances};
     });
+    const shape = SkinShape.of(recording.articulations[batch.articulation]);
+    this.#skin = shape && new DrawnSkin(shape);
+    if (this.#skin) this.object.add(this.#skin.object);
     if (bodies) this.#placeBodies(bodies, center);
   }
 
@@ -77,6 +85,7 @@ export class DrawnBatch {
     }
     this.#sort(eye);
     this.#placePieces();
+    this.skinsLeftOut = this.#skin?.place(this.#order, this.linkRows, this.linkCount) ?? 0;
   }
 
   // What is drawn of a masked instance are those links whose poses are numbers.
@@ -120,15 +129,32 @@ export class DrawnBatch {
     mark(this.marks, this.isStatic ? instance : instance * this.linkCount + link, value);
   }
 
+  /** Marks what a skin has of a link. */
+  markSkin(instance: number, link: number, value: number): void {
+    this.#skin?.markLink(instance, link, value);
+  }
+
+  /** `leaf` and `triangle` as EngineInPage.touchingTriangles has them. */
+  markTriangle(instance: number, leaf: number, triangle: number, value: number): void {
+    this.#skin?.markTriangle(instance, leaf, triangle, value);
+  }
+
+  // The colour of what is not marked, and its pattern.
+  #paintOf(instance: number): readonly [rgb: number, pattern: number] {
+    const {masked, selectedInstance} = this.marks;
+    if (masked[instance]) return [COLORS.masked, PATTERN.crosses];
+    const own = this.isStatic ? COLORS.statics : characterColor(this.index, instance);
+    return [instance === selectedInstance ? shaded(own, 1.25) : own, PATTERN.plain];
+  }
+
   /** Colours all pieces as the marks say. A floor without end in red would hide all other red. */
   paint(): void {
-    const {links, masked, selectedInstance} = this.marks;
+    const {links} = this.marks;
+    this.#skin?.paint((instance) => this.#paintOf(instance));
     for (const {instances, pieces, endless} of this.#groups) {
       let copy = 0;
       for (const i of this.#order) {
-        const own = this.isStatic ? COLORS.statics : characterColor(this.index, i);
-        const base = masked[i] ? COLORS.masked : i === selectedInstance ? shaded(own, 1.25) : own;
-        const plain = masked[i] ? PATTERN.crosses : PATTERN.plain;
+        const [base, plain] = this.#paintOf(i);
         for (const {link} of pieces) {
           const value = links[i * this.linkCount + link]!;
           if (endless) {
@@ -149,6 +175,7 @@ export class DrawnBatch {
 
   /** Adds the pieces that stand; -1: those of all instances, of all links. */
   addBounds(bounds: Bounds, onlyInstance = -1, onlyLink = -1): void {
+    this.#skin?.addBounds(bounds, onlyInstance, onlyLink);
     for (const {instances, pieces, half, endless} of this.#groups) {
       if (endless) continue;
       let copy = 0;
@@ -172,9 +199,10 @@ export class DrawnBatch {
     return [this.linkRows[at + 3]!, this.linkRows[at + 7]!, this.linkRows[at + 11]!];
   }
 
-  /** The nearest piece that a ray meets, by the boxes about pieces. */
+  /** The nearest piece that a ray meets, by the boxes about pieces, or the nearest triangle of a skin. */
   pick(ray: THREE.Ray): Picked | null {
-    let best: Picked | null = null;
+    const onSkin = this.#skin?.pick(ray) ?? null;
+    let best: Picked | null = onSkin && {batch: this.index, ...onSkin};
     for (const {instances, pieces, half, endless} of this.#groups) {
       if (endless) continue;
       let copy = 0;
@@ -193,6 +221,7 @@ export class DrawnBatch {
   }
 
   dispose(): void {
+    this.#skin?.dispose();
     for (const {instances, geometry} of this.#groups) {
       instances.dispose();
       geometry.dispose();

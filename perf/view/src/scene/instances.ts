@@ -101,12 +101,15 @@ const patterned = (qualifier: '' | 'flat'): string => `
   }
 `;
 
+/** Of shaders whose vertices have a tint: a colour and a pattern. */
+export const PATTERNED = patterned('');
+
 const PLAIN = 'void main() { color = vec4(patterned(tint.rgb), 1.0); }';
-const ROUND_FRAGMENT = patterned('') + PLAIN;
+const ROUND_FRAGMENT = PATTERNED + PLAIN;
 const BOX_FRAGMENT = patterned('flat') + PLAIN;
 
 // The normal of a face is that of the plane through neighbouring pixels.
-const FLAT_FRAGMENT = `${patterned('')}
+const FLAT_FRAGMENT = `${PATTERNED}
   in vec3 seen;
   uniform vec3 lightSeen;
   void main() {

@@ -118,14 +118,14 @@ function extentsOf(vertices: Float32Array): [number, number, number] {
   return half;
 }
 
-// The leaves that are drawn. A level of nodes has none of its own, so it is drawn as what it is a level of.
+// The leaves that are drawn as pieces. A level of nodes has none of its own, so it is drawn as what it is a level of.
 function leavesOf(articulations: readonly Articulation[], index: number): readonly Leaf[] {
   const articulation = articulations[index];
   if (!articulation) return [];
   const {level} = articulation;
-  if (!level) return articulation.leaves;
+  if (!level) return articulation.leaves.filter(({triangles}) => triangles.length === 0);
   if (level.kind === 'reach' && level.leaves.length > 0) {
-    return level.leaves.map(({link, box}) => ({link, box, parts: []}));
+    return articulation.leaves;
   }
   return articulations[level.of]?.leaves ?? [];
 }

@@ -1,6 +1,7 @@
 // What stands in the scene: batches, static triangles, boxes, contacts and a grid. It shows one frame at a time.
 import * as THREE from 'three';
 import type {Frame, Input, Recording} from '../recording/types.js';
+import {WORDS_PER_TRIANGLES} from '../engine/types.js';
 import {Bounds} from './bounds.js';
 import {COLORS} from './colors.js';
 import {ContactMarks} from './contact_marks.js';
@@ -25,6 +26,8 @@ export interface Picture {
   /** Null: none are drawn. */
   contacts: Float32Array | null;
   falsePositives: Uint32Array | null;
+  /** As EngineInPage.touchingTriangles has them, of `hits`. Null: they are not known, so that links are marked. */
+  triangles: Uint32Array | null;
   selection: Selection;
   /** Where the camera is. */
   eye: THREE.Vector3;
@@ -100,6 +103,13 @@ export class Stage {
     return this.#characterSize;
   }
 
+  /** How many skins are too many to draw. */
+  get skinsLeftOut(): number {
+    let count = 0;
+    for (const {object, skinsLeftOut} of this.#batches.values()) if (object.visible) count += skinsLeftOut;
+    return count;
+  }
+
   get masked(): readonly MaskedPlace[] {
     return this.#masked;
   }
@@ -148,12 +158,12 @@ export class Stage {
   }
 
   /** Returns how many contacts are left out, since they are too many. */
-  show({frame, hits, contacts, falsePositives, selection, eye}: Picture): number {
+  show({frame, hits, contacts, falsePositives, triangles: touching, selection, eye}: Picture): number {
     this.#place(frame, eye);
     for (const triangles of this.#triangles.values()) triangles.clearMarks();
-    if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive);
+    if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive, null);
     const {pair, instance} = selection;
-    this.#markAll(hits, (hit) => pair && isSamePair(hit, pair) ? MARK.selected : MARK.hit);
+    this.#markAll(hits, (hit) => pair && isSamePair(hit, pair) ? MARK.selected : MARK.hit, touching);
     for (const [index, drawn] of this.#batches) {
       if (!drawn.object.visible) continue;
       drawn.marks.selectedInstance = instance?.batch === index ? instance.instance : -1;
@@ -179,20 +189,32 @@ export class Stage {
     return all - indices.length;
   }
 
-  #markAll(words: Uint32Array, valueOf: (hit: Hit) => number): void {
+  // Of skins triangles are marked; the whole links of hits of which no triangles are known.
+  #markAll(words: Uint32Array, valueOf: (hit: Hit) => number, triangles: Uint32Array | null): void {
+    let next = 0;
     for (let i = 0; i < hitCount(words); ++i) {
       const hit = hitAt(words, i);
       const value = valueOf(hit);
-      this.#mark(hit.slotA, hit.instanceA, hit.linkA, value);
-      this.#mark(hit.slotB, hit.instanceB, hit.linkB, value);
+      const first = next;
+      for (; triangles && triangles[next] === i; next += WORDS_PER_TRIANGLES) {
+        const leaves = triangles[next + 1]!;
+        this.#batchAt(hit.slotA)?.markTriangle(hit.instanceA, leaves & 0xffff, triangles[next + 2]!, value);
+        this.#batchAt(hit.slotB)?.markTriangle(hit.instanceB, leaves >>> 16, triangles[next + 3]!, value);
+      }
+      this.#mark(hit.slotA, hit.instanceA, hit.linkA, value, next === first);
+      this.#mark(hit.slotB, hit.instanceB, hit.linkB, value, next === first);
     }
   }
 
-  #mark(slot: number, instance: number, link: number, value: number): void {
-    const batch = this.#batchOfSlot.get(slot);
-    if (batch === undefined) return;
-    this.#batches.get(batch)?.markLink(instance, link, value);
-    this.#triangles.get(batch)?.markInstance(instance, value);
+  #batchAt(slot: number): DrawnBatch | undefined {
+    return this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
+  }
+
+  #mark(slot: number, instance: number, link: number, value: number, bySkin: boolean): void {
+    const drawn = this.#batchAt(slot);
+    drawn?.markLink(instance, link, value);
+    if (bySkin) drawn?.markSkin(instance, link, value);
+    if (drawn) this.#triangles.get(drawn.index)?.markInstance(instance, value);
   }
 
   // Contacts are relative to the origin of the first instance. Of a triangle that is the origin of the mesh.

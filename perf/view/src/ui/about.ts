@@ -1,7 +1,12 @@
 // What a recording says of itself.
-import type {Recording} from '../recording/types.js';
+import type {Articulation, Recording} from '../recording/types.js';
 import {el} from './dom.js';
 import {count, plural} from './format.js';
+
+function trianglesOf(shape: Articulation | undefined): string {
+  const count = (shape?.leaves ?? []).reduce((sum, {triangles}) => sum + triangles.length / 3, 0);
+  return count === 0 ? '' : ` with ${plural(count, 'triangle')}`;
+}
 
 export function aboutOf(recording: Recording): HTMLElement {
   const {header, batches, articulations, frameCount} = recording;
@@ -19,7 +24,7 @@ export function aboutOf(recording: Recording): HTMLElement {
     const shape = articulations[articulation];
     const what = staticBodies ? plural(instanceCount, 'static body', 'static bodies') :
       `${plural(instanceCount, 'character')} of ${plural(shape?.linkParents.length ?? 0, 'link')}, ` +
-          plural(shape?.leaves.length ?? 0, 'leaf', 'leaves');
+          `${plural(shape?.leaves.length ?? 0, 'leaf', 'leaves')}${trianglesOf(shape)}`;
     return el('li', {}, `${name || shape?.name || `batch ${i}`}: ${what}`);
   });
   return el('section', {class: 'about', 'aria-label': 'About this recording'},

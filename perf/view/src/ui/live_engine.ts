@@ -77,6 +77,16 @@ export class LiveEngine {
     return this.#result && this.#result.frame === this.#frame ? this.#result.result : null;
   }
 
+  /** Triangles of skins that touch, of hits of a frame. Null: there is no engine, or it refuses them. */
+  touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array | null {
+    try {
+      return this.#engine?.touchingTriangles(frame, hits) ?? null;
+    } catch {
+      // Running the frame says why.
+      return null;
+    }
+  }
+
   get state(): RunState | null {
     const {result} = this;
     if (!result || !this.#frame) return null;

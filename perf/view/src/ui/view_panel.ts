@@ -18,9 +18,11 @@ export type Switch = 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow';
 export interface Drawn extends ViewOptions {
   selectedPair: boolean;
   masked: boolean;
+  /** Whether triangles of skins are marked, and not links. */
+  triangles: boolean;
 }
 
-type Entry = 'hit' | 'selectedPair' | 'falsePositives' | 'masked' | 'contacts' | 'leafBoxes' | 'level';
+type Entry = 'hit' | 'triangles' | 'selectedPair' | 'falsePositives' | 'masked' | 'contacts' | 'leafBoxes' | 'level';
 
 const MOST_LEVELS = 64;
 
@@ -57,6 +59,7 @@ export class ViewPanel {
       }, 'Fit'));
     this.#entries = {
       hit: entry('hit', 'red: links in a hit'),
+      triangles: entry('hit', 'red: triangles that touch'),
       selectedPair: entry('selected', 'red, striped: the selected pair'),
       falsePositives: entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
       masked: entry('masked', 'grey, crossed, in a cube: masked, since its pose is no pose'),
@@ -69,8 +72,8 @@ export class ViewPanel {
   }
 
   /** Only what is drawn is explained. */
-  showLegend({selectedPair, falsePositives, masked, contacts, leafBoxes, level}: Drawn): void {
-    const drawn = {hit: true, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
+  showLegend({selectedPair, falsePositives, masked, contacts, leafBoxes, level, triangles}: Drawn): void {
+    const drawn = {hit: !triangles, triangles, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
     for (const name of Object.keys(drawn) as (keyof typeof drawn)[]) this.#entries[name].hidden = !drawn[name];
   }
 

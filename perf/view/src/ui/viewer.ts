@@ -58,6 +58,7 @@ export class Viewer {
   readonly #reading = el('p', {class: 'status'});
   readonly #rate = new FrameRate();
   readonly #ended = new AbortController();
+  readonly #hasSkins: boolean;
   #boxes: BoxChooser | null = null;
   /** The deepest level of the trees; 0: unknown. */
   #depth = 0;
@@ -70,6 +71,7 @@ export class Viewer {
   constructor({recording, title, engine, messages, firstFrame, onHelp}: ViewerOptions) {
     this.#recording = recording;
     this.title = title;
+    this.#hasSkins = recording.articulations.some(({skin}) => skin !== null);
     this.#names = new Names(recording);
     const samples = sampleFrames(recording);
     this.#stage = new Stage(recording, samples);
@@ -172,8 +174,10 @@ export class Viewer {
     const before = this.#focus();
     const falsePositives = this.#options.falsePositives ? this.live.falsePositives(frame) : null;
     const contacts = this.#options.contacts ? shown.contacts : null;
+    const exact = dial.exact ?? frame.settings.policies['exact'];
+    const triangles = exact !== 'none' && this.#hasSkins ? this.live.touchingTriangles(frame, shown.hits) : null;
     const unshown = this.#stage.show({
-      frame, hits: shown.hits, contacts, falsePositives, selection: this.#selection,
+      frame, hits: shown.hits, contacts, falsePositives, triangles, selection: this.#selection,
       eye: this.#view.viewpoint.camera.position,
     });
     const after = this.#focus();
@@ -184,11 +188,13 @@ export class Viewer {
       notes.push(`${count(unshown)} contacts are too many to draw${
         this.#selection.instance ? ' beside those of the character' : ': select a character to see its own'}.`);
     }
+    const {skinsLeftOut} = this.#stage;
+    if (skinsLeftOut > 0) notes.push(`${count(skinsLeftOut)} skins are too many to draw: the nearest ones are.`);
     notes.push(this.#showBoxes(frame));
     this.#viewPanel.setNote(notes.filter((note) => note !== '').join(' '));
     this.#viewPanel.showLegend({
       ...this.#options, selectedPair: this.#selection.pair !== null, contacts: contacts !== null,
-      masked: this.#stage.masked.length > 0,
+      masked: this.#stage.masked.length > 0, triangles: triangles !== null,
     });
     this.#showLabels();
     this.#view.describe(`The scene at frame ${frame.index}: ${plural(hitCount(shown.hits), 'hit')}`);
