@@ -37,6 +37,13 @@ Vector3d vertex_at(Span<const float> vertices, std::size_t v) {
   return Eigen::Map<const Eigen::Vector3f>(vertices.data + v).cast<double>();
 }
 
+// Each point once, in order.
+Points sorted_once(Points points) {
+  std::sort(points.begin(), points.end(), before);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
 void add_extremes(Span<const float> vertices, const Vector3d& direction, Points& points) {
   Vector3d low = vertex_at(vertices, 0), high = low;
   double least = low.dot(direction), greatest = least;
@@ -63,6 +70,10 @@ void add_extremes(Span<const float> vertices, const Vector3d& direction, Points&
 // an aligned box or octahedron, where many vertices may be equally far.
 Points extremes_of(Span<const float> vertices) {
   Points points;
+  if (vertices.size <= 9) {  // all of them
+    for (std::size_t v = 0; v < vertices.size; v += 3) points.push_back(vertex_at(vertices, v));
+    return sorted_once(std::move(points));
+  }
   for (int i = 1 - kGrid; i < kGrid; i += 2) {
     for (int j = 1 - kGrid; j < kGrid; j += 2) {
       if (std::abs(i) == std::abs(j)) continue;
@@ -71,9 +82,7 @@ Points extremes_of(Span<const float> vertices) {
       add_extremes(vertices, Vector3d(i, j, kGrid), points);
     }
   }
-  std::sort(points.begin(), points.end(), before);
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  return points;
+  return sorted_once(std::move(points));
 }
 
 double width(const Points& points, const Vector3d& direction) {
@@ -209,9 +218,32 @@ Axes rotated_about_each(const Points& points, const Axes& axes) {
   return area(points, best) < (1 - kAgree) * area(points, axes) ? best : axes;
 }
 
+// The axes of the least box about at most three points: the longest side, and the normal of the plane. In the plane the
+// least rectangle about a triangle lies on a side, and has twice its area on each side that is not beside an obtuse
+// angle; the longest never is.
+Axes triangle_axes(const Points& points) {
+  Vector3d side = Vector3d::Zero(), other = Vector3d::Zero();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vector3d next = points[(i + 1) % points.size()] - points[i];
+    if (!(next.squaredNorm() > side.squaredNorm())) continue;
+    side = next;
+    other = points[(i + 2) % points.size()] - points[i];
+  }
+  const double longest = side.norm();
+  if (!(longest > 0)) return Axes::Identity();
+  const Vector3d along = side / longest;
+  Vector3d normal = along.cross(other);
+  if (!(normal.norm() > kSameWidth * longest)) return link_axes_about(along);  // on a line, as widths are compared
+  normal -= normal.dot(along) * along;
+  normal.normalize();
+  Axes axes;
+  axes << along, normal.cross(along), normal;
+  return axes;
+}
+
 // The axes of the box, which is never larger than the one along the link's axes.
 Axes axes_for(const Points& points) {
-  const Axes axes = rotated_about_each(points, covariance_axes(points));
+  const Axes axes = points.size() <= 3 ? triangle_axes(points) : rotated_about_each(points, covariance_axes(points));
   return area(points, axes) < area(points, Axes::Identity()) ? axes : Axes::Identity();
 }
 

@@ -59,45 +59,68 @@ class Builder {
 
   const Polytope* write(Arena& arena) const {
     const auto count = [](const auto& list) { return static_cast<std::uint32_t>(list.size()); };
-    Polytope& out = arena.allocate<Polytope>(1)[0];
-    out.vertex_count = count(points_);
-    out.face_count = count(faces_);
+    const std::uint32_t vertex_count = count(points_), face_count = count(faces_);
+    const std::uint32_t vertices = padded_for_lanes(vertex_count), faces = padded_for_lanes(face_count);
+    // One block: a level has many triangles, and each block costs as much as what is written here for one.
+    constexpr std::size_t kHead = 64;  // as the arena aligns; what is padded for lanes keeps that
+    static_assert(sizeof(Polytope) <= kHead);
+    std::byte* next = arena
+                          .allocate<std::byte>(kHead + (3 * vertices + 8 * faces) * sizeof(float) +
+                                               3 * (vertex_count + face_count) * sizeof(double) +
+                                               edges_.size() * sizeof(PolytopeEdge))
+                          .data;
+    const auto take = [&next](auto* none, std::size_t length) {
+      auto* const taken = reinterpret_cast<decltype(none)>(next);
+      next += length * sizeof *none;
+      return taken;
+    };
+    Polytope& out = *reinterpret_cast<Polytope*>(take(static_cast<std::byte*>(nullptr), kHead));
+    out.vertex_count = vertex_count;
+    out.face_count = face_count;
     out.edge_count = count(edges_);
-    const std::uint32_t vertices = padded_for_lanes(out.vertex_count), faces = padded_for_lanes(out.face_count);
-    const Span<float> vertex = arena.allocate<float>(3 * vertices), face = arena.allocate<float>(8 * faces);
-    const Span<double> exact_vertex = arena.allocate<double>(3 * out.vertex_count),
-                       exact_normal = arena.allocate<double>(3 * out.face_count);
-    const std::vector<double> turn = half_arcs(faces);
+    float* const vertex = take(static_cast<float*>(nullptr), 3 * vertices);
+    float* const face = take(static_cast<float*>(nullptr), 8 * faces);
+    double* const exact_vertex = take(static_cast<double*>(nullptr), 3 * vertex_count);
+    double* const exact_normal = take(static_cast<double*>(nullptr), 3 * face_count);
+    PolytopeEdge* const edge = take(static_cast<PolytopeEdge*>(nullptr), edges_.size());
+    std::copy(edges_.begin(), edges_.end(), edge);
+    const std::vector<Arc> arcs = half_arcs();
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::uint32_t i = 0; i < vertices; ++i)
         vertex[c * vertices + i] = static_cast<float>(points_[std::min(i, out.vertex_count - 1)][c]);
       for (std::uint32_t i = 0; i < faces; ++i) {
-        const Face& from = faces_[std::min(i, out.face_count - 1)];
-        face[c * faces + i] = static_cast<float>(from.normal[c]);
-        face[(3 + c) * faces + i] = static_cast<float>(points_[from.vertex][c]);
-        if (c < 2) face[(6 + c) * faces + i] = static_cast<float>(c == 0 ? std::cos(turn[i]) : std::sin(turn[i]));
+        const std::uint32_t f = std::min(i, out.face_count - 1);
+        face[c * faces + i] = static_cast<float>(faces_[f].normal[c]);
+        face[(3 + c) * faces + i] = static_cast<float>(points_[faces_[f].vertex][c]);
+        if (c < 2) face[(6 + c) * faces + i] = c == 0 ? arcs[f].cosine : arcs[f].sine;
       }
       for (std::uint32_t i = 0; i < out.vertex_count; ++i) exact_vertex[3 * i + c] = points_[i][c];
       for (std::uint32_t i = 0; i < out.face_count; ++i) exact_normal[3 * i + c] = faces_[i].normal[c];
     }
-    out.vertices = vertex.data;
-    out.faces = face.data;
-    out.edges = arena.copy(Span<const PolytopeEdge>(edges_)).data;
-    out.exact_vertices = exact_vertex.data;
-    out.exact_normals = exact_normal.data;
+    out.vertices = vertex;
+    out.faces = face;
+    out.edges = edge;
+    out.exact_vertices = exact_vertex;
+    out.exact_normals = exact_normal;
     return &out;
   }
 
  private:
-  // For each face, and for those that pad them, half of the longest arc of its edges, a little more.
-  std::vector<double> half_arcs(std::uint32_t padded) const {
-    std::vector<double> out(padded, 0);
+  struct Arc {
+    float cosine, sine;
+  };
+
+  // For each face half of the longest arc of its edges, a little more.
+  std::vector<Arc> half_arcs() const {
+    std::vector<double> longest(faces_.size(), 0);
     for (const PolytopeEdge& edge : edges_) {
       const double cosine = dot(faces_[edge.face[0]].normal, faces_[edge.face[1]].normal);
       const double half = std::acos(std::clamp(cosine, -1.0, 1.0)) / 2 + kSamePlane;
-      for (const std::uint16_t face : edge.face) out[face] = std::max(out[face], half);
+      for (const std::uint16_t face : edge.face) longest[face] = std::max(longest[face], half);
     }
-    std::fill(out.begin() + static_cast<std::ptrdiff_t>(faces_.size()), out.end(), out[faces_.size() - 1]);
+    std::vector<Arc> out;
+    for (const double half : longest)
+      out.push_back({static_cast<float>(std::cos(half)), static_cast<float>(std::sin(half))});
     return out;
   }
 

@@ -44,6 +44,7 @@ struct MemoryStream {
 
 std::vector<float> hull_vertices(Span<const float> vertices) {
   std::vector<float> all(vertices.begin(), vertices.end());
+  if (all.size() <= 9) return all;  // no vertex of a triangle is inside it, and qhull takes some 10 us to refuse it
   // Scaled to about 1 by a power of two, so that the unit of length has no effect on the answer.
   double largest = 0;
   for (const float v : all) largest = std::max(largest, std::fabs(static_cast<double>(v)));

@@ -286,6 +286,12 @@ class JobSearch {
       begin_remark();
       text_.add("rules is empty: nothing is tested against anything");
     }
+    // As run_frame left it.
+    if (job_.hits_needed > job_.hits.size) {
+      begin_remark();
+      text_.add("hits has room for %zu of the %zu hits of its last frame: %s", job_.hits.size, job_.hits_needed,
+                to_string(Status::kHitsOverflow));
+    }
     for (std::size_t i = 0; i < job_.inputs.size; ++i) {
       remark_on_rules(i);
       remark_on_level(i);

@@ -1660,7 +1660,8 @@ CAB_API cab_Status cab_add_articulation(cab_Engine* engine, const cab_Articulati
 // are ordered to match the link's axes, and ties prefer the link's own axes. The order of vertices, repeated vertices
 // and inner vertices have no effect. The last bits of the box may differ between builds: the box is input, so the
 // promise of same bits begins after it.
-// Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new.
+// Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new; of up to
+// three vertices some 0.5 microseconds, without a search.
 // Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_BAD_VERTICES, CAB_STATUS_OUT_OF_MEMORY.
 // Thread: any, at any time; no engine is involved.
 CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
@@ -1717,7 +1718,7 @@ CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, 
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
 // frame changes that cab_BatchInput.moved names. A body whose layers or mask change counts as moved in that frame. With
 // CAB_REFIT_AABB_VERTICES the bounds are those of their boxes.
-// Cost: some 10 microseconds per triangle, and about 800 bytes per body besides those of a character.
+// Cost: some 4 microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_INSTANCES,
 // CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_BAD_STATIC_BODY (also for bodies without data), CAB_STATUS_BAD_TRIANGLES,
 // CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE (also for a triangle without an area),
@@ -1947,11 +1948,12 @@ CAB_API cab_Status cab_why_masked(cab_Engine* engine, const cab_BatchInput* inpu
 
 // Writes in words what is wrong with a job: the first thing that cab_run_frame would refuse it for (but for
 // CAB_STATUS_MOVED_AT_REST), with member, index and value, and the words of the status. For a job that cab_run_frame
-// would take, it says what may not be meant: no inputs, no rules, inputs that are in no rule or of a level that saves
-// no time, instances that are masked, and why. One remark per line, without a newline at the end. Returns the number of
-// characters of the whole text, without the 0 at its end. `text` receives as much of it as fits, with a 0 at the end
-// unless its size is 0. Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If
-// another call on the engine is running, the text says so.
+// would take, it says what may not be meant: no inputs, no rules, more hits in its last frame than `hits` has room for,
+// inputs that are in no rule or of a level that saves no time, instances that are masked, and why. One remark per line,
+// without a newline at the end. Returns the number of characters of the whole text, without the 0 at its end. `text`
+// receives as much of it as fits, with a 0 at the end unless its size is 0.
+// Cost: poses every instance with input once. Writes no output of the job; allocates nothing. If another call on the
+// engine is running, the text says so.
 // Thread: any, alone on its engine.
 CAB_API size_t cab_explain_job(cab_Engine* engine, const cab_FrameJob* job, cab_CharSpan text);
 

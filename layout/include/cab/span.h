@@ -1,6 +1,11 @@
 // Span: how the public API passes arrays.
 #pragma once
 
+// Every header of the C++ API includes this one before it says anything itself. The C API needs no C++17.
+#if defined(_MSVC_LANG) ? _MSVC_LANG < 201703L : __cplusplus < 201703L
+#error "cab needs C++17: compile with -std=c++17 or later (/std:c++17), or link CMake's target cab::cab, which sets it"
+#endif
+
 #include <cstddef>
 #include <type_traits>
 

@@ -20,11 +20,12 @@ TEST_CASE("vertices inside a hull go where qhull is built in, and the others kee
 }
 
 TEST_CASE("a flat hull keeps its vertices, in any unit of length") {
+  const std::vector<float> point = {1, 2, 3}, line = {0, 0, 0, 1, 2, 3, 2, 4, 6};
   const std::vector<float> triangle = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const std::vector<float> square = {1, 1, 3, 1, -1, 3, -1, -1, 3, -1, 1, 3, 0.2f, 0.1f, 3};
   for (const float unit : {1e-30f, 1.0f, 1e17f}) {
     CAPTURE(unit);
-    for (std::vector<float> flat : {triangle, square}) {
+    for (std::vector<float> flat : {point, line, triangle, square}) {
       for (float& v : flat) v *= unit;
       CHECK(kept(flat) == flat);
     }

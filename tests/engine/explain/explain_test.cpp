@@ -216,6 +216,15 @@ TEST_CASE("a job that a frame would take is explained by what may not be meant")
   setting.job.inputs = setting.inputs;
   setting.job.rules = setting.rules;
   CHECK(explained(*setting.engine, setting.job) == "nothing is wrong");
+  setting.job.margin = 100;  // then all are near each other
+  REQUIRE(run_frame(*setting.engine, setting.job) == Status::kHitsOverflow);
+  REQUIRE(setting.job.hits_needed > 4);
+  CHECK(explained(*setting.engine, setting.job) == "hits has room for 4 of the " +
+                                                       std::to_string(setting.job.hits_needed) +
+                                                       " hits of its last frame: " + to_string(Status::kHitsOverflow));
+  setting.hits.resize(setting.job.hits_needed);
+  setting.job.hits = setting.hits;
+  CHECK(explained(*setting.engine, setting.job) == "nothing is wrong");
   setting.job.rules.size = 0;
   CHECK(explained(*setting.engine, setting.job) == "rules is empty: nothing is tested against anything");
   setting.rules[0] = {{1}, {1}};
