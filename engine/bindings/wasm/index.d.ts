@@ -46,16 +46,21 @@ export declare class CabError extends Error {
 /** Whether this JavaScript engine runs WebAssembly with SIMD. */
 export declare function hasSimd(): boolean;
 
+/** Where the module comes from: at most one of these. Both modules give the same bits. */
 export interface LoadOptions {
-  /** Which of the two modules: with SIMD or without. Both give the same bits. Default: with SIMD where it runs. */
+  /** Which of the two beside this file: with SIMD or without. Default: with SIMD where it runs. */
   simd?: boolean;
-  /** A compiled `cab_simd.wasm` or `cab_scalar.wasm`, for bundlers and workers that have it already. */
+  /** The address of `cab_simd.wasm` or `cab_scalar.wasm`, such as a bundler hands out; relative to the page. */
+  url?: string | URL;
+  /** The contents of one of the two files. */
+  bytes?: ArrayBuffer | ArrayBufferView;
+  /** One of the two, compiled already, as a worker may be sent it. */
   module?: WebAssembly.Module;
 }
 
 /**
- * Loads the module: from beside this file, by `fetch` or in node by reading it. Each call makes a module with a memory
- * of its own, of up to 2 GB.
+ * Loads the module: from beside this file unless told otherwise, by `fetch`, or in node by reading it. Each call makes
+ * a module with a memory of its own, of up to 2 GB. `cab-collision/inline` has a `load` that needs no file.
  */
 export declare function load(options?: LoadOptions): Promise<Cab>;
 
@@ -133,9 +138,9 @@ export interface SkinDesc {
   influenceCount?: number;
   /** The index of each link that moves a vertex, influenceCount per vertex: `skinIndex` of three.js. */
   influenceLinks: Numbers;
-  /** Its weight, 0 or more; those of a vertex are divided by their sum: `skinWeight` of three.js. */
+  /** Its weight, 0 (no effect) or more; those of a vertex are divided by their sum: `skinWeight` of three.js. */
   influenceWeights: Numbers;
-  /** 16 numbers by columns per link, from the skin to the link. Default: links have the skin's frame. */
+  /** 16 numbers by columns per link, from the skin to the link. Default: links have its frame; poses are a palette. */
   inverseBind?: Numbers;
 }
 
@@ -288,6 +293,31 @@ export declare class Batch {
   flags(): Uint8Array;
   /** Written by `runFrame`, once asked for: 1 if the instance is in a hit. */
   inContact(): Uint8Array;
+  /** Where all instances are now: a copy, which lasts, of count, instances, poses, origins and the like. */
+  moment(): Moment;
+}
+
+/** Where the instances of a batch were when `Batch.moment` was called. */
+export declare class Moment {
+  private constructor();
+  readonly batch: Batch;
+}
+
+/** The poses that a batch had at its last moments, for queries with a `time`. `World.addHistory` makes it. */
+export declare class History {
+  private constructor();
+  readonly batch: Batch;
+  /** The id in the C API. Null once the history is removed. */
+  readonly id: bigint | null;
+  /**
+   * Copies the poses that the batch has now, or had at a moment. The time is in seconds, or whatever you count in, and
+   * above that of the call before. The earliest moment goes once there are as many as there is room for.
+   */
+  record(time: number, moment?: Moment): void;
+  /** How many moments there are, and the times of the earliest and the latest. */
+  readonly span: {ticks: number; first: number; last: number};
+  /** Gives its memory back. */
+  remove(): void;
 }
 
 // ------------------------------------------------------------------------------------------------------------- frames
@@ -344,6 +374,31 @@ export interface Contact {
   pointA: number[];
   pointB: number[];
   leafA: number;
+  leafB: number;
+}
+
+/** Two links. A `Hit` is one, too. */
+export interface LinkPair {
+  batchA: Batch;
+  instanceA: number;
+  linkA: number;
+  batchB: Batch;
+  instanceB: number;
+  linkB: number;
+}
+
+/** Pairs of links: what `runFrame` found, which is not copied, objects, or a copy of `Hits.words()`. */
+export type Pairs = Hits | readonly LinkPair[] | Uint32Array;
+
+/** Two links that began or ceased to touch. A batch that has been removed since is null. */
+export interface ChangedHit {
+  batchA: Batch | null;
+  instanceA: number;
+  linkA: number;
+  leafA: number;
+  batchB: Batch | null;
+  instanceB: number;
+  linkB: number;
   leafB: number;
 }
 
@@ -422,7 +477,7 @@ export interface TouchingPair {
   pair: number;
   leafA: number;
   leafB: number;
-  /** Which triangle of leaf a, and of leaf b: an index in `Leaf.triangles`, over 3. */
+  /** Which triangle of leaf a, and of leaf b: an index in `SkinnedLeaf.triangles`, over 3. */
   triangleA: number;
   triangleB: number;
 }
@@ -437,6 +492,31 @@ export declare class TouchingTriangles implements List<TouchingPair, undefined> 
   toArray(): TouchingPair[];
   words(): Uint32Array;
   [Symbol.iterator](): Iterator<TouchingPair>;
+}
+
+/** What `boxLines` draws. */
+export interface BoxLinesOptions {
+  /** How many merges below the root, which is 0; or the leaves. Default: `'leaves'`. */
+  level?: number | 'leaves';
+  /** Boxes of links in these hits are marked. Default: none. */
+  hits?: Pairs;
+  /** Where lines are relative to, such as the camera. Default: 0. */
+  origin?: Vec3 | Numbers;
+  /** How boxes are made. */
+  policies?: Policies | Preset;
+}
+
+/** Edges of boxes, twelve each, by instance and node. The arrays are copies, which last. */
+export interface BoxLines {
+  readonly count: number;
+  /** Six numbers per line, both ends: the positions of `LineSegments` in three.js. */
+  readonly positions: Float32Array;
+  /** Per line the instance, the node in the hierarchy, and the link of a leaf or 65535. */
+  readonly instances: Uint32Array;
+  readonly nodes: Uint16Array;
+  readonly links: Uint16Array;
+  /** Per line 1 if a link of its box is in one of the hits. */
+  readonly isHit: Uint8Array;
 }
 
 /** All boxes of a batch, relative to the origin of their instance, along the world's axes. */
@@ -483,6 +563,8 @@ export interface Query {
   /** With `want: 'all'`: the most hits. */
   maxHits?: number;
   layerMask?: number;
+  /** When it is asked, of `QueryJob.histories`. Default: Infinity, now. */
+  time?: number;
   /** An instance that is left out, such as the shooter. */
   ignoredBatch?: Batch;
   ignoredInstance?: number;
@@ -492,6 +574,8 @@ export interface QueryJob {
   queries: readonly Query[];
   /** Whose links are asked for. Default: those of all batches. */
   batches?: readonly Batch[];
+  /** Whose links are asked for by queries with a time of their own. */
+  histories?: readonly History[];
   /** Whether exact shapes decide. Default: boxes. */
   exact?: Exact;
   /** States that poses are those of the last frame. */
@@ -502,7 +586,7 @@ export interface QueryJob {
 
 /** A point on a triangle of a skin. */
 export interface SurfacePoint {
-  /** Which triangle of the hit's leaf: an index in `Leaf.triangles`, over 3. */
+  /** Which triangle of the hit's leaf: an index in `SkinnedLeaf.triangles`, over 3. */
   triangle: number;
   /** Of its three corners: 0 to 1, and they add to 1 but for rounding. */
   weights: number[];
@@ -594,16 +678,44 @@ export declare class World {
 
   /** Poses all instances, and finds the links that touch. Hits last until the next `runFrame`. */
   runFrame(job: FrameJob): Hits;
-  /**
-   * The triangles of skins that touch, of each two links of `pairs`: the hits of the last `runFrame`, or words of hits
-   * as `Hits.words()` has them. `batches`: those whose poses are needed. Default: those that pairs name. The list lasts
-   * until the next `findTouchingTriangles`.
-   */
-  findTouchingTriangles(job: {pairs: Hits | Uint32Array; batches?: readonly Batch[]}): TouchingTriangles;
   /** Answers rays, shapes, points and regions. Hits last until the next `runQueries`. */
   runQueries(job: QueryJob): QueryHits;
   /** Poses all instances of a batch, and gives the boxes that `runFrame` tests. Of masked ones `half` is 0. */
   computeBoxes(batch: Batch, policies?: Policies | Preset): BatchBoxes;
+  /**
+   * Which hits began and which ended between two lists, such as those of two frames. The next `runFrame` replaces
+   * hits: keep `hits.words().slice()`.
+   */
+  diffHits(previous: Pairs, current: Pairs): {began: ChangedHit[]; ended: ChangedHit[]};
+  /**
+   * How deep two links touch, or how far they are apart at any distance, by exact shapes, for each pair. Of masked
+   * links the depth is -Infinity.
+   */
+  computeContacts(pairs: Pairs): Contact[];
+  /**
+   * The triangles of skins that touch, for each pair: none of links without triangles (`SkinnedLeaf`). The list lasts
+   * until the next `findTouchingTriangles`.
+   */
+  findTouchingTriangles(pairs: Pairs): TouchingTriangles;
+  /**
+   * A margin per instance for `Batch.margins()`, so that the next frame finds all links that may have touched since
+   * the moment.
+   */
+  sweepMargins(last: Moment): Float32Array;
+  /**
+   * For each pair the first moment between two frames, 0 to 1, at which its shapes touch; 2: never. Both are proven,
+   * not sampled. `last`: a moment of each batch of the pairs that is not static. `resolution`: a length; what passes
+   * nearer than that may have a moment too.
+   */
+  findTouchingMoments(job: {last: readonly Moment[]; pairs: Pairs; resolution: number}): Float32Array;
+  /** What is wrong with a job in words, or what may not be meant: a remark per line; else `nothing is wrong`. */
+  explainJob(job: FrameJob): string;
+  /** The edges of boxes, for a debug draw. */
+  boxLines(batch: Batch, options?: BoxLinesOptions): BoxLines;
+  /** The numbers of a batch's instances so that neighbours in the list are near each other in the world. */
+  spatialOrder(batch: Batch): Uint32Array;
+  /** Makes room for the poses of a batch at its last `ticks` moments, 1 to 65536. */
+  addHistory(batch: Batch, ticks: number): History;
   /** Why `runFrame` masks an instance: which link, which number, how far off. */
   whyMasked(batch: Batch, instance: number): MaskReason;
   memory(): EngineMemory;

@@ -19,6 +19,8 @@ NUMBERS['*'] = NUMBERS.u32;
 
 // The joint link of a merge whose children share no joint.
 const NO_JOINT = 0xffff;
+// The level of a debug draw that means the leaves.
+const LEAF_LEVEL = 0xffffffff;
 
 // What a table has under a name of the caller's. Names such as '__proto__' are those of every object, and of no entry.
 const entryOf = (table, name) => Object.prototype.hasOwnProperty.call(table, name) ? table[name] : undefined;
@@ -49,6 +51,9 @@ const ARRAYS = {
   inContact: {type: 'u8', fill: [0]},
 };
 
+// Those that say where an instance is, which a moment keeps.
+const OF_MOMENT = new Set(['origins', 'orientations', 'scales', 'layers']);
+
 // The statuses of calls that add something which say which element is at fault.
 const HAS_ELEMENT = new Set(['bad_parent', 'bad_joint', 'bad_leaf_link', 'bad_leaf_box', 'bad_leaf_axes', 'bad_shape',
                              'shape_outside_leaf_box', 'bad_ignored_pair', 'bad_static_body', 'bad_triangles',
@@ -77,19 +82,44 @@ export class CabError extends Error {
 
 export const hasSimd = () => WebAssembly.validate(SIMD_MODULE);
 
-async function compile(url) {
-  if (url.protocol === 'file:') {
-    const {readFile} = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:fs/promises');
-    return WebAssembly.compile(await readFile(url));
+// The first bytes of every WebAssembly module.
+const MAGIC = [0, 97, 115, 109];
+
+const NOT_THERE = 'a bundler may not have copied it: docs/wasm.md has recipes';
+
+async function compile(bytes, from) {
+  const start = new Uint8Array(bytes.buffer ?? bytes, bytes.byteOffset ?? 0, Math.min(4, bytes.byteLength));
+  if (MAGIC.some((byte, i) => byte !== start[i])) {
+    throw new Error(`cab: ${from} is no WebAssembly module; ${NOT_THERE}`);
   }
-  const response = await fetch(url);
-  if (!response.ok) throw new Error(`cab: ${url}: ${response.status} ${response.statusText}`);
-  return WebAssembly.compile(await response.arrayBuffer());
+  return WebAssembly.compile(bytes);
 }
 
-export async function load({module, simd = hasSimd()} = {}) {
-  const url = simd ? new URL('./cab_simd.wasm', import.meta.url) : new URL('./cab_scalar.wasm', import.meta.url);
-  const compiled = module ?? await compile(url);
+async function fetched(url) {
+  if (url.protocol === 'file:') {
+    const node = 'node:fs/promises';  // by a name that bundlers for browsers do not look for
+    const {readFile} = await import(/* webpackIgnore: true */ /* @vite-ignore */ node);
+    return compile(await readFile(url), url);
+  }
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`cab: ${url}: ${response.status} ${response.statusText}; ${NOT_THERE}`);
+  return compile(await response.arrayBuffer(), url);
+}
+
+// The module that load() is told to take.
+function compiledOf({module, bytes, url, simd, ...rest}) {
+  for (const key of Object.keys(rest)) throw new TypeError(`cab: load takes no '${key}'`);
+  const given = Object.entries({module, bytes, url, simd}).filter(([, value]) => value !== undefined);
+  if (given.length > 1) throw new TypeError(`cab: load takes one of ${given.map(([name]) => name).join(' and ')}`);
+  if (module) return module;
+  if (bytes) return compile(bytes, 'bytes');
+  if (url) return fetched(new URL(url, globalThis.document?.baseURI ?? globalThis.location?.href ?? import.meta.url));
+  return fetched(simd ?? hasSimd() ? new URL('./cab_simd.wasm', import.meta.url)
+                                   : new URL('./cab_scalar.wasm', import.meta.url));
+}
+
+export async function load(options = {}) {
+  const compiled = await compiledOf(options);
   const ended = (code) => {
     throw new Error(`cab: the module has ended with ${code}`);
   };
@@ -213,6 +243,11 @@ class Structs {
 
   fill(name, at, values) {
     const {size, hasDefault} = structs[name];
+    if (name === 'HistoryId') {
+      if (!(values instanceof History)) throw new TypeError('cab: a history is not what addHistory returns');
+      this.view.setBigUint64(at, this.idOf('a history', values), true);
+      return;
+    }
     if (hasDefault) this.exports[`cab_default_${snake(name)}`](at);
     else new Uint8Array(this.memory.buffer, at, size).fill(0);
     this.set(name, at, values);
@@ -252,6 +287,12 @@ class Structs {
     if (what.id === null) throw new TypeError(`cab: ${where} has been removed`);
     if (!what._isOf(this)) throw new TypeError(`cab: ${where} is of another module`);
     return what.id;
+  }
+
+  slotOf(where, batch) {
+    if (!(batch instanceof Batch)) throw new TypeError(`cab: ${where} is not what addBatch returns`);
+    this.idOf(where, batch);
+    return {value: batch.slot};
   }
 
   #setNumber(where, type, at, value) {
@@ -452,6 +493,18 @@ export class Batch {
     return array;
   }
 
+  moment() {
+    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+    const arrays = {};
+    for (const [name, at] of this.#arrays) {
+      const {type, fill} = ARRAYS[name];
+      if (OF_MOMENT.has(name)) arrays[name] = this.#structs.array(type, at, fill.length * this.size).slice();
+    }
+    const poses = this.#poses ? this.poses().slice() : null;
+    const {count, instances} = this._input();
+    return new Moment(this, {count, instances: instances && Array.from(instances), poses, arrays});
+  }
+
   _isOf(structs_) { return this.#structs === structs_; }
 
   // What a call is given of the batch.
@@ -475,6 +528,74 @@ export class Batch {
     this.#arrays.clear();
     this.id = null;
   }
+}
+
+// What a batch was at one moment, in memory of JavaScript.
+export class Moment {
+  #values;
+
+  constructor(batch, values) {
+    this.batch = batch;
+    this.#values = values;
+    Object.freeze(this);
+  }
+
+  // As Batch._input; the poses go to memory that a call borrows.
+  _input(structs_) {
+    const {batch} = this, {count, instances, poses, arrays} = this.#values;
+    const input = {batch, count, ...arrays};
+    if (instances) input.instances = instances;
+    if (poses) {
+      const given = {format: batch.format, hasScale: batch.hasScale, data: poses};
+      input.poses = structs_.poses('Moment', given, batch.articulation.linkCount, batch.size).view;
+    }
+    return input;
+  }
+}
+
+// The poses of a batch at its last moments.
+export class History {
+  #structs;
+  #engineOf;
+
+  constructor(structs_, engineOf, batch, id) {
+    this.#structs = structs_;
+    this.#engineOf = engineOf;
+    this.batch = batch;
+    this.id = id;
+  }
+
+  _isOf(structs_) { return this.#structs === structs_; }
+
+  record(time, moment) {
+    const structs_ = this.#structs, engine = this.#engineOf();
+    if (typeof time !== 'number') throw new TypeError(`cab: a time is a number, not ${time}`);
+    const id = structs_.idOf('the history', this);
+    structs_.borrowed(() => {
+      const input = structs_.make('BatchInput', moment ? momentInput(structs_, moment) : inputOf(this.batch));
+      structs_.check(structs_.exports.cab_record_tick(engine, id, input, time));
+    });
+  }
+
+  get span() {
+    const structs_ = this.#structs, engine = this.#engineOf(), id = structs_.idOf('the history', this);
+    return structs_.borrowed(() => {
+      const out = structs_.take(structs.HistorySpan.size);
+      structs_.check(structs_.exports.cab_history_span(engine, id, out));
+      return structs_.get('HistorySpan', out);
+    });
+  }
+
+  remove() {
+    const structs_ = this.#structs;
+    structs_.check(structs_.exports.cab_remove_history(this.#engineOf(), structs_.idOf('the history', this)));
+    this.id = null;
+  }
+}
+
+function momentInput(structs_, moment) {
+  if (!(moment instanceof Moment)) throw new TypeError('cab: this is not what Batch.moment returns');
+  return moment._input(structs_);
 }
 
 // A view of memory that has grown has length 0, but does not mean an empty list.
@@ -681,22 +802,27 @@ export class World {
 
   // ----------------------------------------------------------------------------------------------------------- frame
 
-  runFrame(job) {
-    const structs_ = this.#structs, engine = this.#alive();
-    const {rules = [], batches, policies = {}, contacts = false, ...rest} = job;
+  // Writes what a frame is given, and whether contacts are wanted. Room for hits is not given yet.
+  #frameJob({rules = [], batches, policies = {}, contacts = false, ...rest}) {
+    const structs_ = this.#structs;
     for (const key of Object.keys(rest)) {
       if (!['margin', 'minDepth', 'report'].includes(key)) throw new TypeError(`cab: runFrame takes no '${key}'`);
     }
+    const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
+    const at = structs_.make('FrameJob', {
+      ...rest,
+      inputs: inputs.map(inputOf),
+      rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
+    });
+    this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
+    return {at, wantsContacts: contacts || rest.report === 'distances'};
+  }
+
+  runFrame(job) {
+    const structs_ = this.#structs, engine = this.#alive();
     ++this.#frame;
     return structs_.borrowed(() => {
-      const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
-      const at = structs_.make('FrameJob', {
-        ...rest,
-        inputs: inputs.map(inputOf),
-        rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
-      });
-      this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
-      const wantsContacts = contacts || rest.report === 'distances';
+      const {at, wantsContacts} = this.#frameJob(job);
       // Without room for a contact the engine would not see that any are wanted.
       if (wantsContacts && !this.#hits.room) this.#makeRoom(0);
       let code;
@@ -714,6 +840,212 @@ export class World {
         isCurrent: ((frame) => () => frame === this.#frame)(this.#frame),
       });
     });
+  }
+
+  explainJob(job) {
+    const structs_ = this.#structs, engine = this.#alive();
+    return structs_.borrowed(() => {
+      const {at, wantsContacts} = this.#frameJob(job);
+      if (wantsContacts && !this.#hits.room) this.#makeRoom(0);
+      this.#giveRoom(at, wantsContacts);
+      const length = this.#exports.cab_explain_job(engine, at, structs_.spanAt(0, 0)) + 1;
+      const text = structs_.take(length);
+      this.#exports.cab_explain_job(engine, at, structs_.spanAt(text, length));
+      return structs_.text(text);
+    });
+  }
+
+  // -------------------------------------------------------------------------------------- what was found, looked at
+
+  // Pairs of links as hits in the module's memory: a list of hits, where it lies; hits as objects, or words of hits.
+  #pairs(where, pairs) {
+    const structs_ = this.#structs;
+    if (pairs instanceof Hits) {
+      if (pairs._batches !== this.#batches) throw new TypeError(`cab: ${where} is of another world`);
+      return pairs._place();
+    }
+    if (pairs instanceof Uint32Array) {
+      const words = structs_.span(where, 'u32', pairs), perHit = structs.Hit.size / 4;
+      if (words.size % perHit) throw new TypeError(`cab: ${where} has ${words.size} words, and not ${perHit} per hit`);
+      return new Place(words.data, words.size / perHit);
+    }
+    if (typeof pairs?.[Symbol.iterator] !== 'function') throw new TypeError(`cab: ${where} is no list of hits`);
+    return structs_.span(where, 'Hit', Array.from(pairs, ({batchA, instanceA, linkA, batchB, instanceB, linkB}) => ({
+      batchA: this.#slotOf(`batchA of ${where}`, batchA), instanceA, linkA,
+      batchB: this.#slotOf(`batchB of ${where}`, batchB), instanceB, linkB,
+    })));
+  }
+
+  #slotOf(where, batch) {
+    const slot = this.#structs.slotOf(where, batch);
+    if (this.#batches.get(batch.slot) !== batch) throw new TypeError(`cab: ${where} is of another world`);
+    return slot;
+  }
+
+  // The batches that pairs in memory name, as inputs.
+  #batchesOf(where, {data, size}) {
+    const slots = new Set();
+    for (let i = 0; i < size; ++i) {
+      for (const key of ['batchA', 'batchB']) {
+        slots.add(this.#structs.view.getUint32(data + i * structs.Hit.size + structs.Hit.members[key].at, true));
+      }
+    }
+    return Array.from(slots, (slot) => {
+      const batch = this.#batches.get(slot);
+      if (!batch) throw new TypeError(`cab: ${where} names a batch that this world does not have`);
+      return batch;
+    });
+  }
+
+  // What call(inputs, pairs, size) answers for pairs of links, whose batches are its inputs.
+  #ofPairs(where, pairs, call) {
+    const structs_ = this.#structs;
+    this.#alive();
+    return structs_.borrowed(() => {
+      const place = this.#pairs(where, pairs), batches = this.#batchesOf(where, place);
+      const inputs = this.#inputs(batches.map(inputOf));
+      return call(inputs, structs_.spanAt(place.data, place.size), place.size, batches);
+    });
+  }
+
+  #inputs(inputs) {
+    const {data, size} = this.#structs.span('batches', 'BatchInput', inputs);
+    return this.#structs.spanAt(data, size);
+  }
+
+  computeContacts(pairs) {
+    return this.#ofPairs('pairs', pairs, (inputs, span, count) => {
+      const structs_ = this.#structs, {size} = structs.Contact, out = structs_.take(size * count);
+      structs_.check(this.#exports.cab_compute_contacts(this.#engine, inputs, span, structs_.spanAt(out, count)));
+      return Array.from({length: count}, (_, i) => structs_.get('Contact', out + i * size));
+    });
+  }
+
+  findTouchingTriangles(pairs) {
+    return this.#ofPairs('pairs', pairs, (inputs, span) => {
+      const structs_ = this.#structs, found = structs_.take(4);
+      ++this.#searched;
+      let code, count;
+      for (;;) {
+        const out = structs_.spanAt(this.#triangles.at, this.#triangles.room);
+        code = this.#exports.cab_find_touching_triangles(this.#engine, inputs, span, out, found);
+        count = structs_.view.getUint32(found, true);
+        if (code !== enums.Status.values.hits_overflow) break;
+        const room = count + (count >> 1) + 64;
+        this.#exports.free(this.#triangles.at);
+        this.#triangles = {at: 0, room: 0};
+        this.#triangles = {at: structs_.allocate(structs.TouchingTriangles.size * room), room};
+      }
+      structs_.check(code);
+      return new TouchingTriangles(structs_, this.#batches, {
+        count,
+        at: this.#triangles.at,
+        isCurrent: ((call) => () => call === this.#searched)(this.#searched),
+      });
+    });
+  }
+
+  diffHits(previous, current) {
+    const structs_ = this.#structs;
+    this.#alive();
+    return structs_.borrowed(() => {
+      const [before, now] = [this.#pairs('previous', previous), this.#pairs('current', current)];
+      const {size} = structs.Hit, began = structs_.take(size * now.size), ended = structs_.take(size * before.size);
+      const changes = structs_.make('HitChanges', {
+        began: new Place(began, now.size),
+        ended: new Place(ended, before.size),
+      });
+      const spans = [before, now].map((place) => structs_.spanAt(place.data, place.size));
+      structs_.check(this.#exports.cab_diff_hits(...spans, changes));
+      const list = (at, count) => Array.from({length: structs_.member('HitChanges', count, changes)}, (_, i) => {
+        const hit = structs_.get('Hit', at + i * size);
+        const [batchA, batchB] = [hit.batchA, hit.batchB].map(({value}) => this.#batches.get(value) ?? null);
+        return {...hit, batchA, batchB};
+      });
+      return {began: list(began, 'beganCount'), ended: list(ended, 'endedCount')};
+    });
+  }
+
+  sweepMargins(last) {
+    const structs_ = this.#structs, engine = this.#alive();
+    return structs_.borrowed(() => {
+      const [before, now] = [momentInput(structs_, last), inputOf(last.batch)].map(
+          (input) => structs_.make('BatchInput', input));
+      const {size} = last.batch, out = structs_.take(4 * size);
+      structs_.array('f32', out, size).fill(0);
+      structs_.check(this.#exports.cab_sweep_margins(engine, before, now, structs_.spanAt(out, size)));
+      return structs_.array('f32', out, size).slice();
+    });
+  }
+
+  findTouchingMoments({last, pairs, resolution, ...rest}) {
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: findTouchingMoments takes no '${key}'`);
+    if (typeof resolution !== 'number') throw new TypeError('cab: findTouchingMoments needs a resolution');
+    return this.#ofPairs('pairs', pairs, (inputs, span, count, batches) => {
+      const structs_ = this.#structs, out = structs_.take(4 * count);
+      const still = batches.filter((batch) => !batch.articulation).map(inputOf);
+      const before = this.#inputs([...still, ...last.map((moment) => momentInput(structs_, moment))]);
+      structs_.check(this.#exports.cab_find_touching_moments(
+          this.#engine, before, inputs, resolution, span, structs_.spanAt(out, count)));
+      return structs_.array('f32', out, count).slice();
+    });
+  }
+
+  boxLines(batch, {policies = {}, level = 'leaves', hits = [], origin, ...rest} = {}) {
+    const structs_ = this.#structs, engine = this.#alive(), input = inputOf(batch);
+    for (const key of Object.keys(rest)) throw new TypeError(`cab: boxLines takes no '${key}'`);
+    return structs_.borrowed(() => {
+      const {data, size: hitCount} = this.#pairs('hits', hits);
+      const job = structs_.make('BoxLinesJob', {
+        level: level === 'leaves' ? LEAF_LEVEL : level,
+        hits: new Place(data, hitCount),
+        origin,
+      });
+      this.#setPolicies(job + structs.BoxLinesJob.members.policies.at, policies);
+      const given = structs_.make('BatchInput', input), {size, members} = structs.BoxLine;
+      let at = 0, code = this.#exports.cab_box_lines(engine, given, job);
+      if (code === enums.Status.values.lines_overflow) {
+        const room = structs_.member('BoxLinesJob', 'linesNeeded', job);
+        at = structs_.take(size * room);
+        structs_.set('BoxLinesJob', job, {lines: new Place(at, room)});
+        code = this.#exports.cab_box_lines(engine, given, job);
+      }
+      structs_.check(code);
+      const count = structs_.member('BoxLinesJob', 'lineCount', job), {view} = structs_;
+      const lines = {
+        count,
+        positions: new Float32Array(6 * count),
+        instances: new Uint32Array(count),
+        nodes: new Uint16Array(count),
+        links: new Uint16Array(count),
+        isHit: new Uint8Array(count),
+      };
+      for (let i = 0, line = at; i < count; ++i, line += size) {
+        lines.positions.set(structs_.array('f32', line + members.from.at, 3), 6 * i);
+        lines.positions.set(structs_.array('f32', line + members.to.at, 3), 6 * i + 3);
+        lines.instances[i] = view.getUint32(line + members.instance.at, true);
+        lines.nodes[i] = view.getUint16(line + members.node.at, true);
+        lines.links[i] = view.getUint16(line + members.link.at, true);
+        lines.isHit[i] = view.getUint8(line + members.isHit.at);
+      }
+      return lines;
+    });
+  }
+
+  spatialOrder(batch) {
+    const structs_ = this.#structs, engine = this.#alive();
+    structs_.slotOf('the batch', batch);
+    return structs_.borrowed(() => {
+      const out = structs_.take(4 * batch.size);
+      structs_.check(this.#exports.cab_spatial_order(engine, batch.id, structs_.spanAt(out, batch.size)));
+      return structs_.array('u32', out, batch.size).slice();
+    });
+  }
+
+  addHistory(batch, ticks) {
+    const id = this.#add((engine, desc, out) => this.#exports.cab_add_history(engine, desc, out), 'HistoryDesc',
+                         () => ({batch, ticks}));
+    return new History(this.#structs, () => this.#alive(), batch, id);
   }
 
   #setPolicies(at, policies) {
@@ -747,54 +1079,14 @@ export class World {
     return true;
   }
 
-  findTouchingTriangles(job) {
-    const structs_ = this.#structs, engine = this.#alive();
-    const {pairs, batches, ...rest} = job;
-    for (const key of Object.keys(rest)) throw new TypeError(`cab: findTouchingTriangles takes no '${key}'`);
-    if (pairs instanceof Hits && pairs._batches !== this.#batches) throw new TypeError('cab: pairs are of another world');
-    ++this.#searched;
-    return structs_.borrowed(() => {
-      const wordsOf = structs.Hit.size / 4;
-      const {data, size} = pairs instanceof Hits ? pairs._place() : structs_.span('pairs', 'u32', pairs);
-      if (size % wordsOf) throw new TypeError(`cab: pairs needs ${wordsOf} words for each pair, not ${size} words`);
-      const of = structs_.spanAt(data, size / wordsOf);
-      const given = batches ?? this.#batchesOf(structs_.array('u32', data, size), wordsOf);
-      const inputs = structs_.span('batches', 'BatchInput', given.map(inputOf));
-      const inputsAt = structs_.spanAt(inputs.data, inputs.size), found = structs_.take(4);
-      let code, count;
-      for (;;) {
-        const out = structs_.spanAt(this.#triangles.at, this.#triangles.room);
-        code = this.#exports.cab_find_touching_triangles(engine, inputsAt, of, out, found);
-        count = structs_.view.getUint32(found, true);
-        if (code !== enums.Status.values.hits_overflow) break;
-        const room = count + (count >> 1) + 64;
-        this.#exports.free(this.#triangles.at);
-        this.#triangles = {at: 0, room: 0};
-        this.#triangles = {at: structs_.allocate(structs.TouchingTriangles.size * room), room};
-      }
-      structs_.check(code);
-      return new TouchingTriangles(structs_, this.#batches, {
-        count,
-        at: this.#triangles.at,
-        isCurrent: ((call) => () => call === this.#searched)(this.#searched),
-      });
-    });
-  }
-
-  // The batches that the words of hits name. The engine refuses those that this world does not have.
-  #batchesOf(words, wordsOf) {
-    const named = new Set();
-    for (let at = 0; at < words.length; at += wordsOf) {
-      for (const slot of [words[at], words[at + 2]]) if (this.#batches.has(slot)) named.add(this.#batches.get(slot));
-    }
-    return [...named];
-  }
-
   // --------------------------------------------------------------------------------------------------------- queries
 
   runQueries(job) {
     const structs_ = this.#structs, engine = this.#alive();
-    const {queries = [], batches = [...this.#batches.values()], exact, reuseBounds, surfacePoints = false, ...rest} = job;
+    const {
+      queries = [], batches = [...this.#batches.values()], histories = [], exact, reuseBounds, surfacePoints = false,
+      ...rest
+    } = job;
     for (const key of Object.keys(rest)) throw new TypeError(`cab: runQueries takes no '${key}'`);
     ++this.#asked;
     return structs_.borrowed(() => {
@@ -807,6 +1099,7 @@ export class World {
       const at = structs_.make('QueryJob', {
         exact, reuseBounds, planes,
         inputs: batches.map(inputOf),
+        histories,
         queries: asked,
         badQuery: asked.length,
         found: new Place(found, asked.length),
@@ -882,8 +1175,8 @@ class List {
 
   get wordsPerHit() { return structs[this._name].size / 4; }
 
-  // Where the words of all entries are.
-  _place() { return new Place(this.length ? this._entry(0) : 0, this.length * structs[this._name].size / 4); }
+  // Where all entries are.
+  _place() { return new Place(this.length ? this._entry(0) : 0, this.length); }
 
   at(i) { return this._object(i); }
 

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {spawnSync} from 'node:child_process';
 import {readFileSync} from 'node:fs';
 import test from 'node:test';
-import {fileURLToPath} from 'node:url';
+import {fileURLToPath, pathToFileURL} from 'node:url';
 import {cab, chain, folder} from './package.mjs';
 
 const bytes = (name) => readFileSync(`${folder}/${name}`);
@@ -18,6 +18,8 @@ if (process.env.CAB_WITHOUT_SIMD) {
     const world = module.createWorld();
     const batch = world.addBatch(world.addArticulation(chain(1)), 2);
     assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
+    const inline = await import(pathToFileURL(`${folder}/inline.js`));
+    await assert.rejects(inline.load(), /there is no SIMD here/);
   });
 } else {
   test('where SIMD runs, load takes the module with it', async () => {
@@ -28,6 +30,34 @@ if (process.env.CAB_WITHOUT_SIMD) {
   test('load takes a module that is compiled already', async () => {
     const module = await WebAssembly.compile(bytes('cab_scalar.wasm'));
     assert.deepEqual((await cab.load({module})).instructionSets, ['scalar']);
+  });
+
+  test('load takes the address or the contents of a module, and nothing that is none', async () => {
+    const url = pathToFileURL(`${folder}/cab_scalar.wasm`);
+    for (const options of [{url}, {url: url.href}, {bytes: bytes('cab_scalar.wasm')},
+                           {bytes: new Uint8Array(bytes('cab_scalar.wasm')).buffer}]) {
+      assert.deepEqual((await cab.load(options)).instructionSets, ['scalar']);
+    }
+    // What a server of one page answers for a file that it does not have.
+    const page = new TextEncoder().encode('<!doctype html>');
+    await assert.rejects(cab.load({bytes: page}), /bytes is no WebAssembly module; a bundler may not have copied it/);
+    await assert.rejects(cab.load({bytes: new ArrayBuffer(0)}), /bytes is no WebAssembly module/);
+    await assert.rejects(cab.load({url: pathToFileURL(`${folder}/index.js`)}), /index.js is no WebAssembly module/);
+    await assert.rejects(cab.load({url: pathToFileURL(`${folder}/none.wasm`)}), /ENOENT/);
+    await assert.rejects(cab.load({url, simd: true}), {name: 'TypeError', message: /takes one of url and simd/});
+    await assert.rejects(cab.load({path: '.'}), {name: 'TypeError', message: /load takes no 'path'/});
+  });
+
+  test('the inlined entry has the module with SIMD in itself, and all that the other has', async () => {
+    const inline = await import(pathToFileURL(`${folder}/inline.js`));
+    const module = await inline.load();
+    assert.deepEqual(module.instructionSets, ['scalar', 'wasm128']);
+    assert.deepEqual(Object.keys(inline).sort(), Object.keys(cab).sort());
+    assert.equal(inline.World, cab.World);
+    const world = module.createWorld();
+    const batch = world.addBatch(world.addArticulation(chain(1)), 2);
+    assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
+    await assert.rejects(inline.load({simd: false}), {name: 'TypeError', message: /takes nothing/});
   });
 
   test('the modules import nothing but what load gives them', () => {

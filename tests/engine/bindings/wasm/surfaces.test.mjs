@@ -40,7 +40,7 @@ test('two skins touch by their triangles, which are named', () => {
   const {world, batch, job} = crossed(1);
   const hits = world.runFrame(job);
   assert.equal(hits.length, 1);
-  const found = world.findTouchingTriangles({pairs: hits});
+  const found = world.findTouchingTriangles(hits);
   // Both triangles of a square reach y = 0.5, where the other square passes through.
   assert.deepEqual(found.toArray(), [
     {pair: 0, leafA: 0, leafB: 0, triangleA: 0, triangleB: 0},
@@ -51,23 +51,24 @@ test('two skins touch by their triangles, which are named', () => {
   assert.equal(found.wordsPerHit, 4);
   assert.deepEqual([...found.words().subarray(8, 12)], [0, 0, 1, 0]);
   const words = hits.words().slice();
-  const again = world.findTouchingTriangles({pairs: words, batches: [batch]});
-  assert.equal(again.length, 4);
+  const named = [{batchA: batch, instanceA: 0, linkA: 0, batchB: batch, instanceB: 1, linkB: 0}];
+  for (const pairs of [words, named]) assert.equal(world.findTouchingTriangles(pairs).length, 4);
   assert.throws(() => found.at(0), /have been replaced/);
   batch.origins()[3] = 5;
   assert.equal(world.runFrame(job).length, 0);
-  assert.equal(world.findTouchingTriangles({pairs: world.runFrame(job)}).length, 0);
-  assert.equal(world.findTouchingTriangles({pairs: words}).length, 0);
+  assert.equal(world.findTouchingTriangles(world.runFrame(job)).length, 0);
+  assert.equal(world.findTouchingTriangles(words).length, 0);
   world.destroy();
 });
 
 test('a skin bends between its links, and so do the triangles that touch', () => {
   const {world, batch, job} = crossed(64);
-  const all = world.findTouchingTriangles({pairs: world.runFrame(job)}).length;
+  const found = world.findTouchingTriangles(world.runFrame(job)), all = found.length;
   assert.ok(all > 128, `${all} pairs are more than what there was room for at first`);
+  assert.equal(new Set(Array.from(found, ({triangleA, triangleB}) => `${triangleA} ${triangleB}`)).size, all);
   batch.poses()[7 + 6] = 4;  // the second link of the first strip goes up, so the strip's far end leaves the other
   const hits = world.runFrame(job);
-  const left = world.findTouchingTriangles({pairs: hits});
+  const left = world.findTouchingTriangles(hits);
   assert.ok(left.length > 0 && left.length < all, `${left.length} of ${all}`);
   assert.ok(Math.max(...left.toArray().map(({triangleA}) => triangleA)) < 127);
   world.destroy();
@@ -106,14 +107,14 @@ test('what is wrong with a skin, or with pairs, is refused in words', () => {
   assert.throws(() => world.runFrame({...job, contacts: true}), {status: 'skin_not_taken'});
   const hits = world.runFrame(job);
   const other = crossed(1);
-  assert.throws(() => other.world.findTouchingTriangles({pairs: hits}), /pairs are of another world/);
-  assert.throws(() => world.findTouchingTriangles({pairs: new Uint32Array(5)}), /6 words for each pair, not 5/);
-  assert.throws(() => world.findTouchingTriangles({pairs: hits, margin: 1}), /takes no 'margin'/);
-  assert.throws(() => world.findTouchingTriangles({pairs: new Uint32Array([9, 0, 9, 1, 0, 0])}), {status: 'bad_pairs'});
-  assert.throws(() => world.findTouchingTriangles({}), /pairs is not an array/);
+  assert.throws(() => other.world.findTouchingTriangles(hits), /pairs is of another world/);
+  assert.throws(() => world.findTouchingTriangles(new Uint32Array(5)), /pairs has 5 words, and not 6 per hit/);
+  const ofNone = new Uint32Array([9, 0, 9, 1, 0, 0]);
+  assert.throws(() => world.findTouchingTriangles(ofNone), /pairs names a batch that this world does not have/);
+  assert.throws(() => world.findTouchingTriangles({}), /pairs is no list of hits/);
   const old = hits;
   world.runFrame(job);
-  assert.throws(() => world.findTouchingTriangles({pairs: old}), /have been replaced/);
+  assert.throws(() => world.findTouchingTriangles(old), /have been replaced/);
   other.world.destroy();
   world.destroy();
 });

@@ -1,8 +1,9 @@
 // A program that tsc checks against the package's types, and node runs. Lines that must not compile say so.
 import {
-  Articulation, ArticulationDesc, Batch, BatchBoxes, Box, Cab, CabError, FrameJob, Hits, hasSimd, load, LodDesc,
-  MergeStep, Query, QueryHits, SkinDesc, TouchingTriangles, World
+  Articulation, ArticulationDesc, Batch, BatchBoxes, BoxLines, Box, Cab, CabError, Contact, FrameJob, History, Hits,
+  hasSimd, load, LodDesc, MergeStep, Moment, Query, QueryHits, SkinDesc, TouchingTriangles, World
 } from 'cab-collision';
+import * as inline from 'cab-collision/inline';
 
 const box: Box = {
   center: [0.5, 0, 0],
@@ -42,7 +43,7 @@ async function main(): Promise<string> {
   const hits: Hits = world.runFrame(job);
   let depth = 0;
   for (const hit of hits) depth += hit.contact?.depth ?? NaN;
-  const words: Uint32Array = hits.contactWords();
+  const contactWords: Uint32Array = hits.contactWords();
   const boxes: BatchBoxes = world.computeBoxes(batch, {refit: 'cab'});
   const steps: MergeStep[] = world.mergeSteps(body);
   const lod: LodDesc = {of: body, kind: 'nodes', maxLeaves: 1, jointPlay: 0};
@@ -57,10 +58,36 @@ async function main(): Promise<string> {
   const skin: SkinDesc = {vertices: [0, 0, 0, 1, 0, 0, 0, 1, 0], influenceCount: 1, influenceLinks: [0, 0, 0],
                           influenceWeights: [1, 1, 1]};
   const cloth = world.addArticulation({linkParents: [-1], leaves: [{link: 0, triangles: [0, 1, 2]}], skin});
-  const triangles: TouchingTriangles = world.findTouchingTriangles({pairs: world.runFrame(job)});
+  const triangles: TouchingTriangles = world.findTouchingTriangles(world.runFrame(job));
   const touching: number[] = triangles.toArray().map((pair) => pair.triangleA);
   const point = world.runQueries({queries: [region], exact: 'surface', surfacePoints: true}).at(0).surfacePoint;
   void [cloth, touching, point?.weights];
+
+  const last: Moment = batch.moment();
+  const history: History = world.addHistory(batch, 4);
+  history.record(1);
+  history.record(2, last);
+  const then: QueryHits = world.runQueries({queries: [{...ray, time: 1.5}], histories: [history]});
+  const margins: Float32Array = world.sweepMargins(last);
+  const current: Hits = world.runFrame(job);
+  const first: Float32Array = world.findTouchingMoments({last: [last], pairs: current, resolution: 0.01});
+  const contacts: Contact[] = world.computeContacts(current.toArray());
+  const began: number = world.diffHits(new Uint32Array(0), current).began.length;
+  const lines: BoxLines = world.boxLines(batch, {hits: current, level: 'leaves', origin: [0, 0, 0]});
+  const words: string = world.explainJob(job);
+  const order: Uint32Array = world.spatialOrder(batch);
+  const told: boolean = began === contacts.length && first.length === began && lines.count > 0 && words.length > 0 &&
+      margins.length === 3 && then.found.length === 1 && order.length === 3;
+  const packed: Cab = await inline.load();
+  // @ts-expect-error: it has its module
+  const noOptions = () => inline.load({simd: false});
+  // @ts-expect-error: no such source
+  const noSource = () => load({path: '.'});
+  // @ts-expect-error: made by Batch.moment
+  const noMoment = () => world.sweepMargins(batch);
+  // @ts-expect-error: no pair of links
+  const noPairs = () => world.computeContacts([{instanceA: 1}]);
+  void [packed.version, noOptions, noSource, noMoment, noPairs];
 
   let status = '';
   try {
@@ -85,13 +112,13 @@ async function main(): Promise<string> {
   const noNew = () => new Batch();
   // @ts-expect-error: a level is of an articulation
   const noLod: LodDesc = {of: batch};
-  void [noLod, words, boxes.values, steps, noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
+  void [noLod, contactWords, boxes.values, steps, noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
 
   world.remove(batch);
   world.remove(level);
   world.remove(body);
   world.destroy();
-  return `${hits.length > 0} ${depth > -9} ${same} ${links.length} ${status}`;
+  return `${began > 0} ${depth > -9} ${same} ${links.length} ${status} ${told}`;
 }
 
 main().then((line) => console.log(line));

@@ -1,0 +1,8 @@
+import {load} from 'cab-collision';
+import url from 'cab-collision/cab_simd.wasm?url';
+import {touching} from './arms.js';
+
+async function main() {
+  document.body.textContent = touching(await load({url}));
+}
+main();
