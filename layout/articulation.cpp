@@ -2,6 +2,7 @@
 
 #include "layout/arena.h"
 #include "layout/error_bounds.h"
+#include "layout/find_parts.h"
 #include "layout/fit_skin.h"
 #include "layout/list_surface.h"
 #include "layout/shape_sizes.h"
@@ -407,6 +408,7 @@ Fault build(const ArticulationDesc& desc, Arena& arena, Articulation& articulati
   const Status status = fit_skin(desc, arena, boxes, articulation.skin, bad_element);
   if (status != Status::kOk) return {status, bad_element};
   list_surface(desc, arena, articulation.surface);
+  find_parts(desc, articulation.surface, arena, articulation.surface_parts);
   if (desc.ignored_pairs.size > 0 && !desc.ignored_pairs.data) return {Status::kBadIgnoredPair, 0};
   for (std::size_t pair = 0; pair < desc.ignored_pairs.size; ++pair)
     if (desc.ignored_pairs[pair].a >= desc.link_parents.size || desc.ignored_pairs[pair].b >= desc.link_parents.size)

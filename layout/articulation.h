@@ -4,6 +4,7 @@
 #include "layout/merge_program.h"
 #include "layout/skinned_leaves.h"
 #include "layout/surface_leaves.h"
+#include "layout/surface_parts.h"
 
 #include <cab/types.h>
 
@@ -55,6 +56,7 @@ struct Articulation {
   Span<const std::uint32_t> leaf_part_begin;  // leaf_count + 1 indices into parts
   SkinnedLeaves skin;                         // or nothing
   SurfaceLeaves surface;                      // likewise
+  SurfaceParts surface_parts;                 // likewise
   MergeProgram program;
   Lod lod;
 };

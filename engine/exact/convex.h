@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/exact/exact.h"
+#include "engine/exact/inside.h"
 #include "engine/exact/skin_cache.h"
 #include "engine/exact/triangle_hulls.h"
 #include "engine/step/frame_context.h"
@@ -27,6 +28,7 @@ struct ExactScratch {
   Span<ConvexQueue> queues;  // one for each kind of a's shape and each kind of b's shape
   SkinCache skins;           // without places if no leaf has triangles
   TriangleHulls triangles;   // likewise
+  InsideScratch inside;      // without lists if no part of a skin is closed
 };
 
 // The power of two that scales the sum of the reaches of two shapes to between 1/2 and 1, for ConvexBlock::scale. Sums

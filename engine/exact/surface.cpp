@@ -1,6 +1,5 @@
 #include "engine/exact/surface.h"
 
-#include "engine/exact/convex_pair.h"
 #include "kernels/surface/test_surfaces.h"
 #include "kernels/surface/triangles_in_double.h"
 #include "layout/compiler.h"
@@ -15,59 +14,6 @@ namespace {
 
 // Farther from each other than this, two origins are those of bodies that are apart: each is within kMaxCoordinate.
 constexpr double kMostShift = 4 * static_cast<double>(kMaxCoordinate);
-
-// The poses of an instance's links in double. Those of the first few that are asked for are computed once: corners of a
-// triangle are mostly moved by the same links.
-class LinkPoses {
- public:
-  explicit LinkPoses(const ExactLeaf& leaf) : leaf_(leaf) {}
-
-  // The answer stays as it is until the next one.
-  const kernel::RigidLanes<double>& at(std::uint32_t link) {
-    std::uint32_t i = 0;
-    while (i < count_ && links_[i] != link) ++i;
-    if (i == count_) {
-      if (count_ < kKept) ++count_;
-      i = count_ - 1;
-      links_[i] = link;
-      poses_[i] = pose_in_double(stored_pose(*leaf_.batch, leaf_.instance, link));
-    }
-    return poses_[i];
-  }
-
- private:
-  static constexpr std::uint32_t kKept = 8;
-  const ExactLeaf& leaf_;
-  std::uint32_t count_ = 0, links_[kKept];
-  kernel::RigidLanes<double> poses_[kKept];
-};
-
-// Where a vertex of a skin is, about the origin of its instance. size: becomes at least as large as the numbers on the
-// way.
-Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, LinkPoses& poses, double& size) {
-  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
-  const Double3 at = double3(surface.vertices.data + 3 * std::size_t{vertex});
-  Double3 sum = {0, 0, 0};
-  double weights = 0;
-  for (std::size_t i = 0; i < surface.influence_count; ++i) {
-    const std::size_t influence = std::size_t{vertex} * surface.influence_count + i;
-    const auto weight = static_cast<double>(surface.influence_weights[influence]);
-    if (!(weight > 0)) continue;
-    const std::uint32_t link = surface.influence_links[influence];
-    Double3 bound = at, reach = kernel::abs(at);
-    if (!surface.inverse_bind.empty()) {
-      const float* const bind = surface.inverse_bind.data + 16 * std::size_t{link};
-      const Double3 x = double3(bind), y = double3(bind + 4), z = double3(bind + 8), t = double3(bind + 12);
-      bound = ((at.x * x + at.y * y) + at.z * z) + t;
-      reach = ((reach.x * kernel::abs(x) + reach.y * kernel::abs(y)) + reach.z * kernel::abs(z)) + kernel::abs(t);
-    }
-    const kernel::RigidLanes<double>& pose = poses.at(link);
-    sum = sum + weight * (pose.translation + kernel::rotate(pose.column, pose.scale * bound));
-    weights += weight;
-    size = std::max(size, pose.scale * kernel::sum(reach) + kernel::sum(kernel::abs(pose.translation)));
-  }
-  return (1 / weights) * sum;
-}
 
 // The skin's vertex at a corner of a triangle. triangle: kLanes times its patch, and its lane.
 std::uint32_t vertex_of(const ExactLeaf& leaf, std::uint32_t triangle, std::uint32_t corner) {
@@ -119,6 +65,31 @@ struct SurfaceTest {
 };
 
 }  // namespace
+
+Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, LinkPoses& poses, double& size) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
+  const Double3 at = double3(surface.vertices.data + 3 * std::size_t{vertex});
+  Double3 sum = {0, 0, 0};
+  double weights = 0;
+  for (std::size_t i = 0; i < surface.influence_count; ++i) {
+    const std::size_t influence = std::size_t{vertex} * surface.influence_count + i;
+    const auto weight = static_cast<double>(surface.influence_weights[influence]);
+    if (!(weight > 0)) continue;
+    const std::uint32_t link = surface.influence_links[influence];
+    Double3 bound = at, reach = kernel::abs(at);
+    if (!surface.inverse_bind.empty()) {
+      const float* const bind = surface.inverse_bind.data + 16 * std::size_t{link};
+      const Double3 x = double3(bind), y = double3(bind + 4), z = double3(bind + 8), t = double3(bind + 12);
+      bound = ((at.x * x + at.y * y) + at.z * z) + t;
+      reach = ((reach.x * kernel::abs(x) + reach.y * kernel::abs(y)) + reach.z * kernel::abs(z)) + kernel::abs(t);
+    }
+    const kernel::RigidLanes<double>& pose = poses.at(link);
+    sum = sum + weight * (pose.translation + kernel::rotate(pose.column, pose.scale * bound));
+    weights += weight;
+    size = std::max(size, pose.scale * kernel::sum(reach) + kernel::sum(kernel::abs(pose.translation)));
+  }
+  return (1 / weights) * sum;
+}
 
 PlacedTriangle triangle_in_double(const ExactLeaf& leaf, std::uint32_t triangle, const double (&shift)[3]) {
   PlacedTriangle out = {{}, 0};

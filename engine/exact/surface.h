@@ -1,6 +1,7 @@
 // Exact::kSurface: whether the triangles of two leaves touch.
 #pragma once
 
+#include "engine/exact/convex_pair.h"
 #include "engine/exact/skin_cache.h"
 #include "kernels/surface/test_triangles.h"
 #include "layout/convex_shape.h"
@@ -18,6 +19,36 @@ inline const TrianglePatch* patches_of(const ExactLeaf& leaf) {
   const SurfaceLeaves& surface = leaf.batch->articulation->surface;
   return surface.patches.data + surface.leaves[leaf.leaf].patch_begin;
 }
+
+// The poses of an instance's links in double. Those of the first few that are asked for are computed once: corners of a
+// triangle are mostly moved by the same links.
+class LinkPoses {
+ public:
+  explicit LinkPoses(const ExactLeaf& leaf) : leaf_(leaf) {}
+
+  // The answer stays as it is until the next one.
+  const kernel::RigidLanes<double>& at(std::uint32_t link) {
+    std::uint32_t i = 0;
+    while (i < count_ && links_[i] != link) ++i;
+    if (i == count_) {
+      if (count_ < kKept) ++count_;
+      i = count_ - 1;
+      links_[i] = link;
+      poses_[i] = pose_in_double(stored_pose(*leaf_.batch, leaf_.instance, link));
+    }
+    return poses_[i];
+  }
+
+ private:
+  static constexpr std::uint32_t kKept = 8;
+  const ExactLeaf& leaf_;
+  std::uint32_t count_ = 0, links_[kKept];
+  kernel::RigidLanes<double> poses_[kKept];
+};
+
+// Where a vertex of a skin is, about the origin of its instance. size: becomes at least as large as the numbers on the
+// way.
+Double3 skinned_vertex(const ExactLeaf& leaf, std::uint32_t vertex, LinkPoses& poses, double& size);
 
 // A triangle in double, and how large numbers were on the way to its corners.
 struct PlacedTriangle {

@@ -70,6 +70,8 @@ class AllPairs {
     worker_.stats.candidates += worker_.pairs.candidates.size;
     if (tests_lists(frame_.policies.exact))
       keep_touching(frame_, worker_.pairs.candidates.data, worker_.pairs.found, worker_.exact, worker_.stats);
+    add_inside(frame_, worker_.pairs.candidates.data, 0, worker_.pairs.candidates.size, worker_.pairs.found,
+               worker_.exact, worker_.stats);
     for_each_candidate(worker_.pairs.candidates.data, worker_.pairs.found,
                        [this](const Candidate& candidate, Span<LeafPair> pairs) { report(candidate, pairs); });
     clear();
@@ -139,7 +141,7 @@ Status start(FrameRun& run) {
   ++engine.bounds_of_frame;
   for (const auto& worker : engine.pool.workers) begin_counting(*worker);
   clear_in_contact(job.inputs);
-  run.characters.emplace(context_of(engine, job.policies, job.margin, job.report));
+  run.characters.emplace(context_of(engine, job.policies, job));
   return Status::kOk;
 }
 

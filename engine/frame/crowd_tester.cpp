@@ -275,12 +275,12 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
   if (entries.is_direct && frame_.policies.exact == Exact::kNone && frame_.report != Report::kInContact)
     report_direct(out, count, entries.one_block);
   else
-    report(out, count);
+    report(out, count, begin, end);
   return end;
 }
 
-// Runs the exact test on the leaf pairs that overlap, and stores hits.
-void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count) {
+// Runs the exact test on the leaf pairs that overlap, of the candidates `begin` to `end` - 1, and stores hits.
+void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count, std::uint32_t begin, std::uint32_t end) {
   const std::uint32_t* const entry = scratch_.slots.entry;
   const Timed timed(worker_.stats.seconds_query);
   LeafPair* const found = worker_.pairs.found.data;
@@ -288,7 +288,7 @@ void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count) {
     found[i] = {entry[kernel::slot_of(pairs[i])], static_cast<std::uint16_t>(kernel::leaf_a_of(pairs[i])),
                 static_cast<std::uint16_t>(kernel::leaf_b_of(pairs[i]))};
   worker_.pairs.found.size = count;
-  report_leaves(frame_, scratch_.candidates, worker_, sink_);
+  report_leaves(frame_, scratch_.candidates, begin, end, worker_, sink_);
 }
 
 namespace {

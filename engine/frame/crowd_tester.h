@@ -26,7 +26,7 @@ class CrowdTester final : public StripSearcher {
   std::uint32_t make_entries(std::uint32_t begin, Entries& entries);
   void place_slots(const Entries& entries, std::uint32_t used);
   std::uint32_t test_from(std::uint32_t begin);
-  void report(const std::uint32_t* pairs, std::uint32_t count);
+  void report(const std::uint32_t* pairs, std::uint32_t count, std::uint32_t begin, std::uint32_t end);
   void report_direct(std::uint32_t* pairs, std::uint32_t count, bool in_order);
 
   Worker& worker_;

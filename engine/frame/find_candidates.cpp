@@ -116,7 +116,7 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
     lay_out_strips(engine.stored_batches(), ranges_of(engine.pool), crowd);
     engine.pool.tasks->for_each(sort_tasks(crowd),
                                 [&crowd](std::uint32_t task, std::uint32_t) { sort_strips(crowd, task); });
-    const FrameContext frame = context_of(engine, job.policies, job.margin, job.report);
+    const FrameContext frame = context_of(engine, job.policies, job);
     const CrowdClasses& classes = crowd.classes;
     const std::uint32_t rows = classes.end_sorted - classes.first_sorted;
     engine.pool.tasks->for_each((rows + kRowsPerTask - 1) / kRowsPerTask, [&](std::uint32_t task, std::uint32_t w) {

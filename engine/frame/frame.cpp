@@ -47,8 +47,8 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
   clear_results(engine, job.inputs);
   ++engine.bounds_of_frame;
   const Policies policies = resolve_characters(engine, job);
-  run.characters.emplace(context_of(engine, policies, job.margin, job.report));
-  run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job.margin, job.report));
+  run.characters.emplace(context_of(engine, policies, job));
+  run.sequences.emplace(context_of(engine, resolve_sequences(engine, job), job));
   engine.pool.tasks->alone = !caller_runs_tasks && runs_on_one_thread(engine, job, policies);
   run.sink.alone = engine.pool.working_count() == 1;
   note_rules(job.rules, engine.stored_batches(), engine.paired);

@@ -17,9 +17,22 @@
 
 namespace cab {
 
-void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink) {
+namespace {
+
+// Runs the exact test on what a worker has found of the candidates `begin` to `end` - 1: worker.pairs.found keeps the
+// leaf pairs that touch, and gets those of what is inside.
+void confirm(const FrameContext& frame, const Candidate* candidates, std::uint32_t begin, std::uint32_t end,
+             Worker& worker) {
   if (tests_lists(frame.policies.exact))
     keep_touching(frame, candidates, worker.pairs.found, worker.exact, worker.stats);
+  add_inside(frame, candidates, begin, end, worker.pairs.found, worker.exact, worker.stats);
+}
+
+}  // namespace
+
+void report_leaves(const FrameContext& frame, const Candidate* candidates, std::uint32_t begin, std::uint32_t end,
+                   Worker& worker, HitSink& sink) {
+  confirm(frame, candidates, begin, end, worker);
   for_each_candidate(candidates, worker.pairs.found, [&](const Candidate& candidate, Span<LeafPair> pairs) {
     report_candidate(frame, candidate, pairs, worker.hits, worker.stats, sink);
   });
@@ -27,26 +40,31 @@ void report_leaves(const FrameContext& frame, const Candidate* candidates, Worke
 
 namespace {
 
-// Tests and reports candidates where batches have strategy `links`: worker.pairs.found has link pairs whose boxes
-// overlap, and leaf pairs of candidates without link boxes.
-void report_links(const FrameContext& frame, Worker& worker, HitSink& sink) {
+// Tests and reports the candidates `begin` to `end` - 1 where batches have strategy `links`: worker.pairs.found has
+// link pairs whose boxes overlap, and leaf pairs of candidates without link boxes.
+void report_links(const FrameContext& frame, std::uint32_t begin, std::uint32_t end, Worker& worker, HitSink& sink) {
   PairScratch& own = worker.pairs;
   std::swap(own.found, own.link_pairs);
-  for_each_candidate(own.candidates.data, own.link_pairs, [&](const Candidate& candidate, Span<LeafPair> pairs) {
+  const LeafPair* next = own.link_pairs.begin();
+  for (std::uint32_t i = begin; i < end; ++i) {
+    const Candidate& candidate = own.candidates.data[i];
+    const LeafPair* const first = next;
+    while (next != own.link_pairs.end() && next->candidate == i) ++next;
+    const Span<const LeafPair> pairs = {first, static_cast<std::size_t>(next - first)};
+    if (pairs.empty() && !searches_inside(frame, candidate)) continue;
     if (opens_links(frame, candidate)) {
-      if (frame.first_only() && is_already_reported(frame, candidate)) return;
+      if (frame.first_only() && is_already_reported(frame, candidate)) continue;
       const Timed timed(worker.stats.seconds_test);
-      find_pairs_of_links(frame, candidate, {pairs.data, pairs.size}, own, worker.stats);
+      find_pairs_of_links(frame, candidate, pairs, own, worker.stats);
     } else {
       own.found.size = static_cast<std::uint32_t>(pairs.size);
       std::copy(pairs.begin(), pairs.end(), own.found.data);
     }
     const Timed timed(worker.stats.seconds_query);
-    if (tests_lists(frame.policies.exact))
-      keep_touching(frame, own.candidates.data, own.found, worker.exact, worker.stats);
+    confirm(frame, own.candidates.data, i, i + 1, worker);
     if (!own.found.empty())
       report_candidate(frame, candidate, {own.found.data, own.found.size}, worker.hits, worker.stats, sink);
-  });
+  }
 }
 
 // Returns the end of the candidates that can be tested together from `begin` on: worker.pairs.found has room for all
@@ -92,10 +110,10 @@ void PosedTester::test() {
       find_leaf_pairs(frame_, begin, end, worker_.pairs, worker_.stats);
     }
     if (has_links) {
-      report_links(frame_, worker_, sink_);
+      report_links(frame_, begin, end, worker_, sink_);
     } else {
       const Timed timed(worker_.stats.seconds_query);
-      report_leaves(frame_, worker_.pairs.candidates.data, worker_, sink_);
+      report_leaves(frame_, worker_.pairs.candidates.data, begin, end, worker_, sink_);
     }
   }
   worker_.pairs.candidates.clear();

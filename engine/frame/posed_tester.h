@@ -39,8 +39,9 @@ class PosedTester {
   HitSink& sink_;
 };
 
-// Runs the exact test, and reports hits, for candidates whose leaf pairs are in worker.pairs.found, sorted by
-// candidate.
-void report_leaves(const FrameContext& frame, const Candidate* candidates, Worker& worker, HitSink& sink);
+// Runs the exact test, and reports hits, for the candidates `begin` to `end` - 1, whose leaf pairs are in
+// worker.pairs.found, sorted by candidate.
+void report_leaves(const FrameContext& frame, const Candidate* candidates, std::uint32_t begin, std::uint32_t end,
+                   Worker& worker, HitSink& sink);
 
 }  // namespace cab

@@ -163,22 +163,24 @@ void test_sequences(const FrameContext& frame, const PairRule& rule, std::uint32
     else
       find_tile_pairs(frame, tiles, lanes, worker);
   }
-  if (worker.pairs.tile_found.empty()) return;
+  const bool searches = searches_inside(frame, tiles.candidate(0));
+  if (worker.pairs.tile_found.empty() && !searches) return;
   const Timed timed(worker.stats.seconds_query);
-  if (tests_lists(frame.policies.exact)) {
-    Candidate candidates[kLanes];
-    for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
+  Candidate candidates[kLanes];
+  for (std::uint32_t lane = 0; lane < kLanes; ++lane) candidates[lane] = tiles.candidate(lane);
+  if (tests_lists(frame.policies.exact))
     keep_touching_lanes(frame, candidates, worker.pairs.tile_found, worker.exact, worker.stats);
-  }
-  std::uint32_t touching = 0;
+  std::uint32_t touching = searches ? lanes : 0;
   for (const TilePair& pair : worker.pairs.tile_found) touching |= pair.lanes & 0xffff;
   for (; touching; touching &= touching - 1) {
     const std::uint32_t lane = lowest_bit(touching);
-    worker.pairs.found.clear();
+    FixedList<LeafPair>& found = worker.pairs.found;
+    found.clear();
     for (const TilePair& pair : worker.pairs.tile_found)
-      if (pair.lanes >> lane & 1) worker.pairs.found.push({lane, pair.a, pair.b});
-    report_candidate(frame, tiles.candidate(lane), {worker.pairs.found.data, worker.pairs.found.size}, worker.hits,
-                     worker.stats, sink);
+      if (pair.lanes >> lane & 1) found.push({lane, pair.a, pair.b});
+    add_inside(frame, candidates, lane, lane + 1, found, worker.exact, worker.stats);
+    if (!found.empty())
+      report_candidate(frame, candidates[lane], {found.data, found.size}, worker.hits, worker.stats, sink);
   }
 }
 

@@ -372,7 +372,7 @@ Status record_tick(Engine& engine, HistoryId id, const BatchInput& input, double
   InstanceBatch& batch = engine.batch(input.batch);
   batch.margins = {};
   if (input.poses.has_scale || has_mirrored(batch)) return Status::kBadHistoryPoses;
-  const FrameContext frame = context_of(engine, {}, 0, Report::kHits);
+  const FrameContext frame = context_of(engine, {}, FrameJob{});
   record(engine, frame, batch, slot_of(input.batch).value - 1, time, history);
   return Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }

@@ -1,20 +1,10 @@
 // A ray, or a sphere that is moved along it, against one posed box, convex shape or triangle, in double.
 #pragma once
 
-#include "engine/exact/convex_pair.h"
-#include "engine/exact/surface.h"
+#include "engine/exact/surface_ray.h"
 #include "layout/box_aos.h"
 
 namespace cab {
-
-// A ray near an instance, in the world's axes, relative to the instance's origin. Its points are at + t direction.
-struct LocalRay {
-  Double3 at;         // where t = 0: best the ray's point that is nearest to the instance's origin
-  Double3 direction;  // of length 1, to rounding
-  double begin, end;  // the range of t: begin is finite and at most `end`, which may be infinite
-  double radius;      // of the sphere, 0 or more; 0 for a ray
-  double error;       // how far rounding may have moved the sphere at any t in the range, 0 or more
-};
 
 // Where a ray touches a shape, relative to the instance's origin, in the world's axes.
 struct RayTouch {

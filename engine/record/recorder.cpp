@@ -436,6 +436,7 @@ fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job,
   key.append(reinterpret_cast<const char*>(lengths), sizeof lengths);
   key.push_back(static_cast<char>(job.report));
   key.push_back(has_contacts ? 1 : 0);
+  key.push_back(job.containment ? 1 : 0);
   const Span<const PolicyField> fields = policy_table();
   for (std::uint32_t f = 0; f < fields.size; ++f) key.push_back(static_cast<char>(policy_get(job.policies, f)));
   if (key == settings_key) return settings;
@@ -447,7 +448,7 @@ fb::Offset<format::Settings> Recorder::Storage::settings_of(const FrameJob& job,
                                    builder->CreateSharedString(fields[f].values[policy_get(job.policies, f)].name)));
   settings = format::CreateSettings(*builder, builder->CreateVector(choices), job.margin, job.min_depth,
                                     static_cast<std::uint8_t>(job.report), has_contacts,
-                                    builder->CreateVectorOfStructs(rules));
+                                    builder->CreateVectorOfStructs(rules), !job.containment);
   settings_key = std::move(key);
   return settings;
 }

@@ -307,6 +307,7 @@ void Recording::Storage::read_settings(const format::Settings& settings, Recorde
     }
   job.margin = settings.margin();
   job.min_depth = settings.min_depth();
+  job.containment = !settings.without_containment();
   if (settings.report() != static_cast<std::uint8_t>(Report::kHits) &&
       settings.report() != static_cast<std::uint8_t>(Report::kDistances))
     refuse("a frame reports something unknown");

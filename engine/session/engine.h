@@ -43,6 +43,7 @@ struct MemoryNeeds {
   std::size_t skin_rows = 0;    // likewise
   std::size_t skin_leaves = 0;  // most leaves of an articulation with a skin
   std::size_t surface_bones = 0, surface_blocks = 0, surface_patches = 0;  // SurfaceLeaves::most_bones and so on
+  std::size_t closed_leaves = 0, surface_parts = 0;                        // of the SurfaceParts of an articulation
   std::size_t sequence_links = 0;                                          // of the sequence with most links
   std::size_t depth = 0;                // levels of the two deepest hierarchies together
   std::size_t leaf_pairs = 0;           // most leaf pairs of a candidate
@@ -66,6 +67,7 @@ struct RestState {
   std::uint64_t failed_before = 0;  // Engine::frames_failed before the last frame was let in
   Policies policies;
   float margin = 0, min_depth = 0;
+  bool containment = true;
   Report report = Report::kHits;
   Span<std::uint64_t> rule_bits;  // as Engine::rule_bits
 };
@@ -187,8 +189,8 @@ inline bool has_batch(const Engine& engine, BatchId id) {
 }
 
 // Returns what the steps of a frame read. run_frame passes resolved policies.
-inline FrameContext context_of(const Engine& engine, const Policies& policies, float margin, Report report) {
-  return {*engine.kernels, engine.stored_batches(), engine.paired, policies, margin, report};
+inline FrameContext context_of(const Engine& engine, const Policies& policies, const FrameJob& job) {
+  return {*engine.kernels, engine.stored_batches(), engine.paired, policies, job.margin, job.report, job.containment};
 }
 
 }  // namespace cab

@@ -28,6 +28,9 @@ struct Extremes {
     needs.surface_bones = std::max<std::size_t>(needs.surface_bones, surface.most_bones);
     needs.surface_blocks = std::max<std::size_t>(needs.surface_blocks, surface.most_blocks);
     needs.surface_patches = std::max<std::size_t>(needs.surface_patches, surface.most_patches);
+    const SurfaceParts& parts = articulation.surface_parts;
+    needs.closed_leaves = std::max(needs.closed_leaves, parts.leaves.size);
+    if (!parts.leaves.empty()) needs.surface_parts = std::max(needs.surface_parts, parts.parts.size);
     leaves = std::max<std::size_t>(leaves, articulation.leaf_count);
     depth = std::max<std::size_t>(depth, articulation.program.depth);
     needs.depth = 2 * depth + 2;
@@ -79,6 +82,8 @@ constexpr std::size_t MemoryNeeds::*kCounts[] = {&MemoryNeeds::nodes,
                                                  &MemoryNeeds::surface_bones,
                                                  &MemoryNeeds::surface_blocks,
                                                  &MemoryNeeds::surface_patches,
+                                                 &MemoryNeeds::closed_leaves,
+                                                 &MemoryNeeds::surface_parts,
                                                  &MemoryNeeds::skin,
                                                  &MemoryNeeds::sequence_links,
                                                  &MemoryNeeds::depth,
@@ -145,6 +150,8 @@ void size_for_reads(Worker& worker, const MemoryNeeds& needs) {
   worker.exact.queues = arena.allocate<ConvexQueue>(kConvexQueues);
   size_skin_cache({needs.surface_blocks, needs.surface_patches, needs.surface_bones}, arena, worker.exact.skins);
   if (needs.surface_patches) size_triangle_hulls(arena, worker.exact.triangles);
+  size_inside({needs.closed_leaves, needs.surface_parts, needs.surface_patches, needs.joints}, arena,
+              worker.exact.inside);
 }
 
 void size_worker(Worker& worker, const MemoryNeeds& needs) {

@@ -22,7 +22,8 @@ bool same_policies(const Policies& x, const Policies& y) {
 // Whether all but the instances is as in the last frame.
 bool same_settings(const RestState& last, const FrameJob& job, Span<const std::uint64_t> rules) {
   return last.known && last.margin == job.margin && last.min_depth == job.min_depth && last.report == job.report &&
-         same_policies(last.policies, job.policies) && std::equal(rules.begin(), rules.end(), last.rule_bits.begin());
+         last.containment == job.containment && same_policies(last.policies, job.policies) &&
+         std::equal(rules.begin(), rules.end(), last.rule_bits.begin());
 }
 
 // Adds numbers to a checksum (FNV-1a by words of four bytes). The sign of a zero does not count.
@@ -103,6 +104,7 @@ Status begin_rest(Engine& engine, const FrameJob& job, std::uint64_t failed_befo
   state.margin = job.margin;
   state.min_depth = job.min_depth;
   state.report = job.report;
+  state.containment = job.containment;
   std::copy(engine.rule_bits.begin(), engine.rule_bits.end(), state.rule_bits.begin());
   bool same = true;
   for (const BatchInput& input : job.inputs) {

@@ -28,6 +28,7 @@ struct alignas(64) Worker {
 inline void begin_counting(Worker& worker) {
   worker.stats = {};
   forget_skinned(worker.exact.skins);
+  forget_inside(worker.exact.inside);
 }
 
 }  // namespace cab

@@ -17,11 +17,15 @@ struct FrameContext {
   Policies policies;
   float margin = 0;  // FrameJob::margin
   Report report = Report::kHits;
+  bool containment = false;  // FrameJob::containment
   // Whether the store already has the hits of two that rest, and of one within itself (keep_hits): they are no
   // candidates.
   bool keeps_hits = false;
 
   const InstanceBatch& batch(std::uint32_t index) const { return batches[index]->batch; }
+
+  // Whether the frame asks for what is inside the skins of others.
+  bool finds_inside() const { return containment && policies.exact == Exact::kSurface; }
 
   // Whether one overlapping leaf pair is all that a candidate is tested for: the frame asks only which instances are in
   // contact, and no exact test follows.

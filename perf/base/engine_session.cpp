@@ -79,7 +79,8 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
       frames_(options.frames),
       within_(options.within),
       lanes_(options.lanes),
-      min_depth_(options.min_depth) {
+      min_depth_(options.min_depth),
+      containment_(options.containment) {
   if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
     throw std::runtime_error(scene.name + ": no frames " + std::to_string(frames_.first) + ":" +
                              std::to_string(frames_.end) + " among " + std::to_string(scene.frame_count));
@@ -130,6 +131,7 @@ void EngineSession::run_block(std::uint32_t block, const Policies& policies, boo
   job.rules = set.rules;
   job.policies = policies;
   job.min_depth = min_depth_;
+  job.containment = containment_;
   hits_.resize(std::max(hits_.size(), kHitsPerFrame * count));
   require(run_with_room(job, hits_, contacts ? &contacts_ : nullptr, [&] { return frame(*engine_, job); }),
           "frames " + std::to_string(first) + ":" + std::to_string(first + count));

@@ -34,7 +34,8 @@ struct SessionOptions {
   FrameRange frames;               // within the scene
   bool within = false;             // also the links of one character against each other
   LaneContent lanes = LaneContent::kFrames;
-  float min_depth = 0;  // FrameJob::min_depth
+  float min_depth = 0;      // FrameJob::min_depth
+  bool containment = true;  // FrameJob::containment
 };
 
 // Two links that touch in one frame; (character_a, link_a) < (character_b, link_b), by their indices in the scene.
@@ -126,6 +127,7 @@ class EngineSession {
   bool within_;
   LaneContent lanes_;
   float min_depth_;
+  bool containment_;
   oracle::EnginePtr engine_;
   std::vector<ArticulationId> articulations_;
   BatchSet full_;  // all blocks but a shorter last one

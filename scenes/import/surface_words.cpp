@@ -16,7 +16,7 @@ std::string part_words(const rig::SurfaceInfo& info) {
   std::string words = counted(info.part_count, "part", "parts");
   if (info.open_part_count > 0)
     words += ", " + std::to_string(info.open_part_count) + " of them open (" +
-             counted(info.open_edge_count, "edge", "edges") + ")";
+             counted(info.open_edge_count, "edge", "edges") + "; a body wholly inside these is not found)";
   return words;
 }
 

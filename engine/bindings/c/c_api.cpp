@@ -435,6 +435,7 @@ CAB_SAME_MEMBER(FrameJob, policies);
 CAB_SAME_MEMBER(FrameJob, margin);
 CAB_SAME_MEMBER(FrameJob, min_depth);
 CAB_SAME_MEMBER(FrameJob, report);
+CAB_SAME_MEMBER(FrameJob, containment);
 CAB_SAME_MEMBER(FrameJob, hits);
 CAB_SAME_MEMBER(FrameJob, contacts);
 CAB_SAME_MEMBER(FrameJob, hit_count);

@@ -123,8 +123,10 @@ void bind_engine(py::module_& module) {
       .def("make_input", &EngineHandle::make_input)
       .def("run_frame",
            [](EngineHandle& engine, const std::vector<FrameInput*>& inputs, const std::vector<RuleTuple>& rules,
-              const PolicyNames& policies, float margin, float min_depth, std::uint8_t report, bool contacts) {
-             FrameResult result = engine.run_frame(inputs, rules, {policies, margin, min_depth, report, contacts});
+              const PolicyNames& policies, float margin, float min_depth, std::uint8_t report, bool contacts,
+              bool containment) {
+             FrameResult result =
+                 engine.run_frame(inputs, rules, {policies, margin, min_depth, report, contacts, containment});
              return py::make_tuple(result.hits, result.contacts, result.stats);
            })
       .def("run_queries",

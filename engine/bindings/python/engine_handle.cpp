@@ -329,6 +329,7 @@ FrameResult EngineHandle::run_frame(const std::vector<FrameInput*>& inputs, cons
   job.margin = options.margin;
   job.min_depth = options.min_depth;
   job.report = static_cast<Report>(options.report);
+  job.containment = options.containment;
 
   std::size_t room = job.report == Report::kInContact ? 0 : hit_room_;
   for (;;) {

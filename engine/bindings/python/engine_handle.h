@@ -54,6 +54,7 @@ struct FrameOptions {
   float min_depth = 0;
   std::uint8_t report = 0;
   bool contacts = false;
+  bool containment = true;
 };
 
 class EngineHandle {

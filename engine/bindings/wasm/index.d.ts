@@ -361,6 +361,8 @@ export interface FrameJob {
   minDepth?: number;
   /** `'in_contact'`: only `Batch.inContact()`. `'distances'`: of every two instances the nearest links. */
   report?: 'hits' | 'in_contact' | 'distances';
+  /** With `exact: 'surface'`: whether what is wholly inside a closed part of a skin is a hit. Default: it is. */
+  containment?: boolean;
   /** Whether each hit gets a contact; needs `exact: 'convex'`. */
   contacts?: boolean;
 }

@@ -248,6 +248,7 @@ int main(void) {
   MEMBER(FrameJob, margin, "margin", "f32", 0);
   MEMBER(FrameJob, min_depth, "minDepth", "f32", 0);
   MEMBER(FrameJob, report, "report", "Report", 0);
+  MEMBER(FrameJob, containment, "containment", "bool", 0);
   MEMBER(FrameJob, hits, "hits", "[Hit]", 0);
   MEMBER(FrameJob, contacts, "contacts", "[Contact]", 0);
   MEMBER(FrameJob, hit_count, "hitCount", "size", 0);

@@ -1169,6 +1169,10 @@ typedef struct cab_FrameJob {
   // What the frame finds out. Default: hits.
   cab_Report report;
 
+  // Whether a body of another instance that is wholly inside a closed part of a skin is a hit of both, though no
+  // triangles touch. Only with CAB_EXACT_SURFACE (docs/exact.md). Default: it is.
+  bool containment;
+
   // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
   // instance_b, link_a, link_b. Empty (default): room for no hit. With CAB_REPORT_IN_CONTACT nothing is written. With
   // CAB_REPORT_DISTANCES one hit per two instances is left, but there must be room for all links that it is chosen

@@ -297,7 +297,8 @@ struct Leaf {
   // The triangles of ArticulationDesc::skin that the leaf stands for: three indices of vertices each. The library makes
   // the box about them, and in every frame grows it by what other links do to them, so that it holds them in every
   // pose. Then `box` is not read, and there are no parts. Some 50 to 200 triangles that are next to each other, most of
-  // whose weight is on `link`, make a tight box. Empty (default): the leaf is rigid.
+  // whose weight is on `link`, make a tight box. Triangles that are connected by vertices in common are a part. A part
+  // has an inside if each of its edges has an even number of triangles. Empty (default): the leaf is rigid.
   Span<const std::uint32_t> triangles = {};
 };
 
@@ -743,7 +744,7 @@ struct TouchingTriangles {
 struct FrameStats {
   std::uint64_t candidates = 0;               // pairs of characters whose bounds overlap, and characters tested within
   std::uint64_t box_tests = 0;                // overlap tests of two boxes, inner ones and leaves
-  std::uint64_t leaf_pairs = 0;               // leaf pairs whose boxes overlap: #coll in the paper
+  std::uint64_t leaf_pairs = 0;               // leaf pairs whose boxes overlap (#coll in the paper) or are inside
   std::uint64_t exact_tests = 0;              // leaf pairs that went to the exact test, at most leaf_pairs
   std::uint64_t false_positives = 0;          // exact tests that found the leaves apart: #false in the paper
   std::uint64_t instances_masked = 0;         // instances that took no part (InstanceFlag says why)
@@ -799,6 +800,10 @@ struct FrameJob {
 
   // What the frame finds out. Default: hits.
   Report report = Report::kHits;
+
+  // With Exact::kSurface: whether what is wholly inside a closed part of another instance's skin is a hit, though no
+  // triangles touch (docs/exact.md). Other exact tests do not read it. Default: it is a hit.
+  bool containment = true;
 
   // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
   // instance_b, link_a, link_b. Empty (default): room for no hit. With Report::kInContact nothing is written. With

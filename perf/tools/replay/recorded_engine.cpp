@@ -69,6 +69,7 @@ class RecordedEngine {
     job.policies = settings_.policies;
     job.margin = settings_.margin;
     job.min_depth = settings_.min_depth;
+    job.containment = settings_.containment;
     const bool has_contacts = settings_.policies.exact != Exact::kNone && !has_skins_;
     require(run_with_room(job, hits_, has_contacts ? &contacts_ : nullptr, [&] { return run_frame(*engine_, job); }),
             "frame");

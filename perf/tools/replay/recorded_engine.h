@@ -23,6 +23,7 @@ struct RecordSettings {
   Policies policies;
   float margin = 0;
   float min_depth = 0;
+  bool containment = true;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   double metres_per_unit = 0;      // 0: unknown

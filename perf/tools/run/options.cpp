@@ -146,6 +146,9 @@ Command add_run(CLI::App& app) {
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_read(command, "--min-depth", "METRES", o.min_depth, "leave out hits that are less deep", read_positive);
+  command.add_flag_callback(
+      "--no-containment", [&o] { o.containment = false; },
+      "with --exact surface: what is wholly inside a closed part of a surface is no hit");
   command.add_flag("--stats", o.stats, "also print what the engine counted and timed");
   add_json(command, o.json_path, "write all pairs, counts and times as JSON");
   add_path(command, "--hits", o.hits_path, "write every hit as CSV, with its second, depth, normal and point")

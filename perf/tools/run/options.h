@@ -26,6 +26,7 @@ struct RunOptions {
   std::uint32_t thread_count = 1;  // 0: every core
   bool within = false;             // also the links of one character against each other
   float min_depth = 0;             // metres; hits that are less deep are left out
+  bool containment = true;         // FrameJob::containment
   bool stats = false;              // also what the engine counted and timed
   bool quiet = false;              // no notes, but warnings
   std::string json_path;           // empty: no file

@@ -262,6 +262,7 @@ void write_recording(const RunOptions& options, const scenes::Scene& scene, Fram
   settings.title = scene.name;
   settings.policies = options.policies;
   settings.min_depth = options.min_depth;
+  settings.containment = options.containment;
   settings.isa = session.isa();
   settings.thread_count = options.thread_count;
   settings.metres_per_unit = 1;
@@ -292,8 +293,8 @@ int run_command(const RunOptions& options) {
 
   const bool contacts = gives_contacts(options);
   if (hits) write_hits_header(hits.stream(), contacts);
-  EngineSession session(
-      scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames, options.min_depth});
+  EngineSession session(scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames,
+                                options.min_depth, options.containment});
   print_import(scene, report, options.quiet, std::cerr);
   RunTotals totals;
   TouchingPairs pairs;

@@ -212,6 +212,7 @@ void print_layout(void) {
   MEMBER(cab_FrameJob, margin);
   MEMBER(cab_FrameJob, min_depth);
   MEMBER(cab_FrameJob, report);
+  MEMBER(cab_FrameJob, containment);
   MEMBER(cab_FrameJob, hits);
   MEMBER(cab_FrameJob, contacts);
   MEMBER(cab_FrameJob, hit_count);

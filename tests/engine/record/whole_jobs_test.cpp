@@ -188,6 +188,7 @@ TEST_CASE("every member of a job is recorded, of batches that come, stay the sam
       if (exact) job.policies.exact = Exact::kConvex;
       if (contacts && random.chance(0.4)) job.report = Report::kDistances;
       if (exact && random.chance(0.3)) job.min_depth = 0.02f;
+      job.containment = f % 3 != 0;
       frame.hits.resize(20000);
       if (contacts) frame.contacts.resize(20000);
       job.inputs = inputs;
@@ -221,6 +222,7 @@ TEST_CASE("every member of a job is recorded, of batches that come, stay the sam
       CHECK(frame.job.inputs.size == at + (expected.has_level ? 1 : 0));
       CHECK(frame.job.margin == expected.job.margin);
       CHECK(frame.job.min_depth == expected.job.min_depth);
+      CHECK(frame.job.containment == expected.job.containment);
       CHECK(frame.job.report == expected.job.report);
       CHECK(frame.has_contacts == !expected.job.contacts.empty());
       CHECK(same_values(frame.hits, expected.hits));

@@ -59,6 +59,7 @@ struct Story {
   std::vector<std::vector<float>> margins = {{}, {}};
   std::vector<std::uint32_t> counts = {kAllInstances, kAllInstances};
   Report report = Report::kHits;
+  bool containment = true;
 
   explicit Story(const World& start) : world(start) {
     for (const Member& member : world.members) moved.emplace_back(member.poses.instance_count, std::uint8_t{1});
@@ -109,6 +110,7 @@ struct Story {
     job.margin = world.margin;
     job.min_depth = world.min_depth;
     job.report = report;
+    job.containment = containment;
     job.hits = out.hits;
     const Status status = run_frame(engine, job);
     out.hits.resize(status == Status::kOk ? job.hit_count : 0);
@@ -276,6 +278,11 @@ TEST_CASE("all instances count as moved after a frame that failed, or that had o
           Outcome out;
           CHECK(story.try_run(engine, {}, 0, out) == Status::kOk);
           story.report = Report::kHits;
+        }) == 0);
+  CHECK(resting_after([](Engine& engine, Story& story) {
+          story.containment = false;
+          story.run(engine);
+          story.containment = true;
         }) == 0);
   CHECK(resting_after([](Engine& engine, Story& story) {
           Policies policies;

@@ -303,6 +303,7 @@ class Engine:
         min_depth: float,
         report: int,
         contacts: bool,
+        containment: bool,
     ) -> Tuple[npt.NDArray[np.void], Optional[npt.NDArray[np.void]], FrameStats]: ...
     def run_queries(
         self,

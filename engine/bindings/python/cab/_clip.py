@@ -218,7 +218,7 @@ class Clip:
 
     def _run(
         self, dtype: np.dtype[np.void], within: bool, between: bool, chosen: Policies, margin: float,
-        min_depth: float, report: int, with_depths: bool = True,
+        min_depth: float, report: int, with_depths: bool = True, containment: bool = True,
     ) -> Tuple[StructuredArray, Float32Array]:
         rules: List[Tuple[int, int, int, int]] = []
         for k, one in enumerate(self._characters):
@@ -228,7 +228,7 @@ class Clip:
                 rules.extend((one.batch, other.batch, _BETWEEN, 0) for other in self._characters[k + 1 :])
         hits, contacts, stats = self._engine.run_frame(
             [one.frame_input for one in self._characters], rules, chosen._names(), margin, min_depth, report,
-            with_depths and (chosen.exact in ("convex", "fcl") or report == _DISTANCES),
+            with_depths and (chosen.exact in ("convex", "fcl") or report == _DISTANCES), containment,
         )
         self._stats = stats
         if stats.instances_masked:
@@ -278,6 +278,7 @@ class Clip:
         margin: float = 0,
         policies: PoliciesLike = None,
         depths: bool = True,
+        containment: bool = True,
     ) -> StructuredArray:
         """Every two links that touch, in every frame: `cab.CLIP_HIT`.
 
@@ -289,12 +290,13 @@ class Clip:
         min_depth  a length: what is less deep does not count.
         margin     a length: links that are at most this far apart count too, with a depth below 0.
         depths     whether depths are wanted, which take most of the time. Without them depth is NaN.
+        containment  with "surface": whether what is wholly inside a closed part of a surface touches it.
 
         Returns a structured array: frame, a, link_a, b, link_b (a and b are numbers of characters, equal within one),
         depth: how far b must move to be free, by the shortest way found.
         """
         chosen = _exact_policies(policies, exact, self._default_exact())
-        rows, found = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS, depths)
+        rows, found = self._run(CLIP_HIT, within, between, chosen, margin, min_depth, _HITS, depths, containment)
         rows["depth"] = found
         return rows
 
@@ -308,6 +310,7 @@ class Clip:
         margin: float = 0,
         gap: int = 0,
         policies: PoliciesLike = None,
+        containment: bool = True,
     ) -> StructuredArray:
         """Runs of frames in which two links touch: `cab.INTERVAL`. Arguments are those of `hits`.
 
@@ -317,7 +320,8 @@ class Clip:
         seconds, depth (the largest in the run) and deepest (the frame that has it, the first of several).
         """
         hits = self.hits(
-            within=within, between=between, exact=exact, min_depth=min_depth, margin=margin, policies=policies
+            within=within, between=between, exact=exact, min_depth=min_depth, margin=margin, policies=policies,
+            containment=containment,
         )
         return intervals_of(hits, self._fps, gap)
 

@@ -516,6 +516,7 @@ class World:
         report: Report = "hits",
         contacts: Optional[bool] = None,
         resting: Resting = "reported",
+        containment: bool = True,
     ) -> Frame:
         """Runs one frame: which links touch.
 
@@ -534,6 +535,7 @@ class World:
                    `margin` apart the two links that are nearest.
         contacts   whether contacts are computed. Default: with "convex" and "fcl". Surfaces have none.
         resting    what is done with hits of two that rest (`moved`): "reported" or "skipped".
+        containment  with "surface": whether what is wholly inside a closed part of a surface is a hit.
 
         Raises `InputError` for what the engine refuses. Masked characters are a `MaskedWarning`.
         """
@@ -578,7 +580,7 @@ class World:
         default_contacts = (chosen.exact in ("convex", "fcl") and report != "in_contact") or report == "distances"
         with_contacts = default_contacts if contacts is None else contacts
         hits, found, stats = self._engine.run_frame(
-            inputs, rules, chosen._names(), margin, min_depth, _REPORTS.index(report), with_contacts
+            inputs, rules, chosen._names(), margin, min_depth, _REPORTS.index(report), with_contacts, containment
         )
         self._last = posed
         if stats.instances_masked:

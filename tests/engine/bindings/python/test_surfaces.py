@@ -105,6 +105,35 @@ def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
     assert named == truth and len(named) == len(listed)
 
 
+def octahedron(size):
+    """The arguments of `Body.from_surface` for a closed skin of one joint."""
+    vertices = np.array([[s, 0, 0] for s in (1, -1)] + [[0, s, 0] for s in (1, -1)] + [[0, 0, s] for s in (1, -1)])
+    triangles = [[x, y, z] for x in (0, 1) for y in (2, 3) for z in (4, 5)]
+    triangles = [t if sum(t) % 2 == 0 else [t[0], t[2], t[1]] for t in triangles]
+    return dict(
+        parents=[-1], poses=np.eye(4, dtype=np.float32)[None], vertices=(size * vertices).astype(np.float32),
+        triangles=np.array(triangles), bones=np.zeros((6, 1), dtype=int), weights=np.ones((6, 1)),
+        inverse_bind=np.eye(4, dtype=np.float32)[None],
+    )
+
+
+def test_what_is_wholly_inside_a_closed_surface_is_found_unless_that_is_turned_off():
+    bodies = [cab.Body.from_surface(**octahedron(size)) for size in (1, 0.1)]
+    world, clip = cab.World(), cab.Clip()
+    batches = [world.add(body, 2) for body in bodies]
+    still = np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float32)
+    beside = np.array([0, 0, 0, 1, 0.6, 0.6, 0], dtype=np.float32)
+    outer, inner = np.stack([still, still])[:, None], np.stack([still, beside])[:, None]
+    for body, poses in zip(bodies, (outer, inner)):
+        clip.add(body, poses)
+    posed = [batch.posed(poses) for batch, poses in zip(batches, (outer, inner))]
+    hits = world.run(posed, pairs=[tuple(batches)], exact="surface").hits
+    assert [(int(h["instance_a"]), int(h["instance_b"])) for h in hits] == [(0, 0), (1, 0)]
+    assert len(world.run(posed, pairs=[tuple(batches)], exact="surface", containment=False).hits) == 0
+    assert clip.hits()["frame"].tolist() == [0] and len(clip.hits(containment=False)) == 0
+    assert len(clip.intervals()) == 1 and len(clip.intervals(containment=False)) == 0
+
+
 def test_with_surface_solids_are_as_with_convex():
     solid = cab.Body.from_boxes([-1], [[0.5, 0.5, 0.5]])
     poses = np.array([[[0, 0, 0, 1, 0, 0, 0]], [[0, 0, 0, 1, 1.2, 0, 0]]], dtype=np.float32)

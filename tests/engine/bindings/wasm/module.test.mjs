@@ -62,6 +62,7 @@ test('contacts of boxes that overlap by an eighth say so', () => {
   assert.deepEqual(hit.contact.normal, [1, 0, 0]);
   assert.deepEqual(hit.contact.pointA, [1, 0, 0]);
   assert.equal(world.runFrame({...job, minDepth: 0.25}).length, 0);
+  assert.equal(world.runFrame({...job, containment: false}).length, 1);
   batch.origins()[3] = 2.5;
   assert.equal(world.runFrame(job).length, 0);
   const apart = world.runFrame({...job, margin: 1, report: 'distances'});

@@ -1,0 +1,376 @@
+#include "engine/exact/inside.h"
+
+#include "engine/exact/convex.h"
+#include "engine/step/candidate.h"
+#include "layout/convex_shapes.h"
+#include "layout/error_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+namespace cab {
+namespace {
+
+// Much more than what rounding in double moves, as a share of the numbers on the way.
+constexpr auto kRoom = static_cast<double>(kSurfaceError);
+
+// The axes of a ray: across it, twice, and along it.
+struct RayAxes {
+  Double3 axis[3];
+
+  explicit RayAxes(std::uint32_t ray) {
+    axis[2] = kernel::normalized(Double3{kInsideRays[ray][0], kInsideRays[ray][1], kInsideRays[ray][2]});
+    axis[0] = across(axis[2]);
+    axis[1] = kernel::cross(axis[2], axis[0]);
+  }
+  Double3 seen(const Double3& at) const {
+    return {kernel::dot(axis[0], at), kernel::dot(axis[1], at), kernel::dot(axis[2], at)};
+  }
+};
+
+enum class Crossing : std::uint8_t { kNone, kUndecided, kOnTheWayOut, kOnTheWayIn };
+
+// Whether the ray along z from the origin crosses a triangle, whose corners are off by at most `error` in each
+// coordinate (docs/proof.md, step 21.8). *at: where, if it does.
+Crossing cross_triangle(const Double3 (&corner)[3], double error, double* at) {
+  const Double3 lo = kernel::min(kernel::min(corner[0], corner[1]), corner[2]),
+                hi = kernel::max(kernel::max(corner[0], corner[1]), corner[2]);
+  if (lo.x > error || hi.x < -error || lo.y > error || hi.y < -error || hi.z < -error) return Crossing::kNone;
+  double side[3], room = 0;
+  bool left = false, right = false, unsure = false;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Double3 &from = corner[(i + 1) % 3], &to = corner[(i + 2) % 3];
+    const Double3 size = kernel::abs(from) + kernel::abs(to);
+    const double within = 2 * error * ((size.x + size.y) + error);
+    side[i] = from.x * to.y - from.y * to.x;
+    left = left || side[i] > within;
+    right = right || side[i] < -within;
+    unsure = unsure || !(std::fabs(side[i]) > within);
+    room += within;
+  }
+  if (left && right) return Crossing::kNone;
+  if (unsure) return Crossing::kUndecided;
+  const double area = (side[0] + side[1]) + side[2];
+  *at = ((side[0] * corner[0].z + side[1] * corner[1].z) + side[2] * corner[2].z) / area;
+  const double height_error = 2 * error + room / (std::fabs(area) - room) * ((hi.z - lo.z) + 2 * error);
+  if (lo.z <= error && !(std::fabs(*at) > height_error)) return Crossing::kUndecided;
+  if (lo.z <= error && *at < 0) return Crossing::kNone;
+  return left ? Crossing::kOnTheWayOut : Crossing::kOnTheWayIn;
+}
+
+// Something that may be inside the other instance, by one of its points about the origin of its own.
+struct Inner {
+  Double3 at;
+  double size;                      // no number on the way to `at` is larger
+  std::uint16_t leaf;               // that has the point
+  Span<const std::uint16_t> links;  // of all of it, ascending
+};
+
+auto order(const LeafPair& pair) { return std::make_tuple(pair.candidate, pair.a, pair.b); }
+
+// Sorts leaf pairs from a place on, by candidates, then by leaves, and leaves one of equal ones.
+void remove_doubles(FixedList<LeafPair>& found, std::uint32_t from) {
+  const auto before = [](const LeafPair& x, const LeafPair& y) { return order(x) < order(y); };
+  const auto same = [](const LeafPair& x, const LeafPair& y) { return order(x) == order(y); };
+  std::sort(found.begin() + from, found.end(), before);
+  found.size = static_cast<std::uint32_t>(std::unique(found.begin() + from, found.end(), same) - found.begin());
+}
+
+// Searches a candidate's instance a for closed parts about what instance b has, or b for what a has.
+class InsideSearch {
+ public:
+  // outer_is_a: whether it is a that has closed parts.
+  InsideSearch(const FrameContext& frame, const Candidate& candidate, std::uint32_t index, bool outer_is_a,
+               FixedList<LeafPair>& found, std::uint32_t first_added, ExactScratch& scratch, FrameStats& stats)
+      : frame_(frame),
+        outer_(outer_is_a ? exact_leaf(frame, candidate.batch_a, candidate.instance_a, 0)
+                          : exact_leaf(frame, candidate.batch_b, candidate.instance_b, 0)),
+        inner_(outer_is_a ? exact_leaf(frame, candidate.batch_b, candidate.instance_b, 0)
+                          : exact_leaf(frame, candidate.batch_a, candidate.instance_a, 0)),
+        parts_(outer_.batch->articulation->surface_parts),
+        index_(index),
+        outer_is_a_(outer_is_a),
+        found_(found),
+        first_added_(first_added),
+        scratch_(scratch),
+        own_(scratch.inside),
+        stats_(stats) {
+    origin_difference(outer_, inner_, shift_);
+  }
+
+  // touching: the leaf pairs of the candidate that touch.
+  void run(Span<const LeafPair> touching) {
+    touching_ = touching;
+    bound();
+    try_parts();
+    try_shapes();
+  }
+
+ private:
+  // Where the middle of a ball is, and how far it reaches, with room for rounding.
+  Double3 place(const LinkBall& ball, double* reach) const {
+    const kernel::RigidLanes<double>& pose = own_.poses[ball.link];
+    const Double3 own = pose.scale * double3(ball.center);
+    const double size = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(own));
+    *reach = pose.scale * static_cast<double>(ball.reach);
+    *reach += kRoom * (*reach + size);
+    return pose.translation + kernel::rotate(pose.column, own);
+  }
+
+  // Bounds all closed parts, unless the last search did.
+  void bound() {
+    if (own_.batch == outer_.batch_index + 1 && own_.instance == outer_.instance) return;
+    own_.batch = outer_.batch_index + 1;
+    own_.instance = outer_.instance;
+    own_.bounded_along = 0;
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    own_.lo = {kFar, kFar, kFar};
+    own_.hi = {-kFar, -kFar, -kFar};
+    for (const LinkBall& ball : parts_.all) {
+      own_.poses[ball.link] = pose_in_double(stored_pose(*outer_.batch, outer_.instance, ball.link));
+      double reach;
+      const Double3 center = place(ball, &reach);
+      own_.lo = kernel::min(own_.lo, center - Double3{reach, reach, reach});
+      own_.hi = kernel::max(own_.hi, center + Double3{reach, reach, reach});
+    }
+  }
+
+  // The same for each leaf, as seen along a ray.
+  void bound_leaves(std::uint32_t ray, const RayAxes& axes) {
+    if (own_.bounded_along == ray + 1) return;
+    own_.bounded_along = ray + 1;
+    for (std::size_t i = 0; i < parts_.leaves.size; ++i) {
+      constexpr double kFar = std::numeric_limits<double>::infinity();
+      RayBounds& out = own_.bounds[i];
+      out = {{kFar, kFar}, {-kFar, -kFar}, -kFar};
+      const ClosedLeaf& leaf = parts_.leaves[i];
+      for (std::uint32_t b = leaf.ball_begin; b < leaf.ball_begin + leaf.ball_count; ++b) {
+        double reach;
+        const Double3 center = axes.seen(place(parts_.balls[b], &reach));
+        out.lo[0] = std::min(out.lo[0], center.x - reach);
+        out.lo[1] = std::min(out.lo[1], center.y - reach);
+        out.hi[0] = std::max(out.hi[0], center.x + reach);
+        out.hi[1] = std::max(out.hi[1], center.y + reach);
+        out.end = std::max(out.end, center.z + reach);
+      }
+    }
+  }
+
+  // A point of the inner instance, about the origin of the outer one.
+  Double3 about_outer(const Double3& at) const { return at + Double3{shift_[0], shift_[1], shift_[2]}; }
+
+  bool is_in_bounds(const Double3& at, double size) const {
+    const double room = kRoom * size;
+    return at.x >= own_.lo.x - room && at.y >= own_.lo.y - room && at.z >= own_.lo.z - room &&
+           at.x <= own_.hi.x + room && at.y <= own_.hi.y + room && at.z <= own_.hi.z + room;
+  }
+
+  double size_with_shift(double size) const {
+    return size + ((std::fabs(shift_[0]) + std::fabs(shift_[1])) + std::fabs(shift_[2]));
+  }
+
+  // Whether a vertex of the inner skin is in the bounds of the closed parts.
+  bool is_in_bounds(std::uint32_t vertex, LinkPoses& poses) const {
+    double size = 0;
+    const Double3 at = about_outer(skinned_vertex(inner_, vertex, poses, size));
+    return is_in_bounds(at, size_with_shift(size));
+  }
+
+  void try_parts() {
+    const SurfaceParts& of = inner_.batch->articulation->surface_parts;
+    LinkPoses poses(inner_);
+    for (const SurfacePart& part : of.parts) {
+      Inner inner = {{}, 0, static_cast<std::uint16_t>(part.leaf), {of.links.data + part.link_begin, part.link_count}};
+      inner.at = skinned_vertex(inner_, part.middle, poses, inner.size);
+      if (!is_in_bounds(about_outer(inner.at), size_with_shift(inner.size))) continue;
+      if (std::all_of(part.ends, part.ends + 6, [&](std::uint32_t vertex) { return is_in_bounds(vertex, poses); }))
+        try_point(inner);
+    }
+  }
+
+  void try_shapes() {
+    const Articulation& articulation = *inner_.batch->articulation;
+    for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
+      const ExactLeaf at = exact_leaf(frame_, inner_.batch_index, inner_.instance, leaf);
+      if (has_triangles(at)) continue;
+      const std::uint16_t* const link = &articulation.leaf_link[leaf];
+      const ConvexShapes& all = *at.convex_shapes;
+      for (std::uint32_t s = all.leaf_begin[at.shape]; s < all.leaf_begin[at.shape + 1]; ++s) {
+        const ConvexShape& shape = all.shapes[s];
+        if (shape.kind == ConvexKind::kHalfSpace) continue;
+        Inner inner = {{}, 0, static_cast<std::uint16_t>(leaf), {link, 1}};
+        inner.at = middle_of(shape, stored_pose(*inner_.batch, inner_.instance, *link), &inner.size);
+        if (is_in_bounds(about_outer(inner.at), size_with_shift(inner.size))) try_point(inner);
+      }
+    }
+  }
+
+  // A point of a shape: its centre, of a hull the mean of its vertices.
+  static Double3 middle_of(const ConvexShape& shape, const StoredPose& at, double* size) {
+    Double3 own = double3(shape.position);
+    if (shape.kind == ConvexKind::kHull) {
+      const Span<const float> vertices = shape.part->vertices;
+      Double3 sum = {0, 0, 0};
+      for (std::size_t v = 0; v < vertices.size; v += 3) sum = sum + double3(vertices.data + v);
+      const Double3 mean = (3 / static_cast<double>(vertices.size)) * sum;
+      own = double3(shape.part->position);
+      for (std::size_t k = 0; k < 3; ++k)
+        own = own + (k == 0   ? mean.x
+                     : k == 1 ? mean.y
+                              : mean.z) *
+                        Double3{shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]};
+    }
+    const kernel::RigidLanes<double> pose = pose_in_double(at);
+    own = pose.scale * own;
+    *size = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(own)) +
+            pose.scale * static_cast<double>(shape.reach);
+    return pose.translation + kernel::rotate(pose.column, own);
+  }
+
+  // Adds a pair for each closed part that a point is inside of.
+  void try_point(const Inner& inner) {
+    for (std::uint32_t ray = 0; ray < kInsideRayCount; ++ray) {
+      const bool is_last = ray + 1 == kInsideRayCount, is_decided = cast(inner, ray);
+      for (const std::uint32_t part : own_.crossed) {
+        PartCrossings& crossings = own_.crossings[part];
+        const bool is_inside = crossings.is_undecided ||
+                               (parts_.parts[part].turns_one_way ? crossings.turns != 0 : crossings.turns % 2 != 0);
+        if ((is_decided || is_last) && is_inside && !touches(inner, parts_.parts[part]))
+          add(inner.leaf, crossings.leaf);
+        crossings = {};
+      }
+      own_.crossed.clear();
+      if (is_decided) return;
+    }
+  }
+
+  // Casts a ray from a point. Returns whether all is decided.
+  bool cast(const Inner& inner, std::uint32_t number) {
+    const RayAxes axes(number);
+    bound_leaves(number, axes);
+    const Double3 at = about_outer(inner.at), seen = axes.seen(at);
+    const double size = size_with_shift(inner.size), room = kRoom * size;
+    const LocalRay ray = {
+        at, axes.axis[2], 0, std::numeric_limits<double>::infinity(), 0, 2 * kSurfaceErrorDouble * size};
+    bool is_decided = true;
+    for (std::size_t i = 0; i < parts_.leaves.size; ++i) {
+      const RayBounds& bounds = own_.bounds[i];
+      if (seen.x < bounds.lo[0] - room || seen.x > bounds.hi[0] + room || seen.y < bounds.lo[1] - room ||
+          seen.y > bounds.hi[1] + room || seen.z > bounds.end + room)
+        continue;
+      is_decided = cast_at_leaf(parts_.leaves[i].leaf, ray, axes, size) && is_decided;
+    }
+    return is_decided;
+  }
+
+  bool cast_at_leaf(std::uint32_t leaf, const LocalRay& ray, const RayAxes& axes, double size) {
+    ExactLeaf of = outer_;
+    of.leaf = of.shape = leaf;
+    const kernel::SkinnedLeaf& skin =
+        skinned(frame_, of, nullptr, scratch_.skins, {stats_.leaves_skinned, stats_.leaves_replaced});
+    const std::uint32_t count = frame_.kernels.ray_triangles(surface_ray(of, skin, ray), own_.met.data);
+    const std::uint32_t* const part_of =
+        parts_.closed_part.data + std::size_t{kLanes} * outer_.batch->articulation->surface.leaves[leaf].patch_begin;
+    bool is_decided = true;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t triangle = own_.met[i].triangle, part = part_of[triangle];
+      if (part == kNoPart) continue;
+      const PlacedTriangle placed = triangle_in_double(of, triangle, {-ray.at.x, -ray.at.y, -ray.at.z});
+      const auto& at = placed.at.corner;
+      double crossed_at = std::numeric_limits<double>::infinity();
+      const Crossing crossing = cross_triangle({axes.seen(at[0]), axes.seen(at[1]), axes.seen(at[2])},
+                                               2 * kSurfaceErrorDouble * (placed.size + size), &crossed_at);
+      if (crossing == Crossing::kNone) continue;
+      PartCrossings& crossings = own_.crossings[part];
+      if (!crossings.is_crossed) own_.crossed.push(part);
+      if (!crossings.is_crossed || crossed_at < crossings.first) {
+        crossings.first = crossed_at;
+        crossings.leaf = static_cast<std::uint16_t>(leaf);
+      }
+      crossings.is_crossed = true;
+      crossings.turns += crossing == Crossing::kOnTheWayOut ? 1 : crossing == Crossing::kOnTheWayIn ? -1 : 0;
+      crossings.is_undecided = crossings.is_undecided || crossing == Crossing::kUndecided;
+      is_decided = is_decided && crossing != Crossing::kUndecided;
+    }
+    return is_decided;
+  }
+
+  // Whether a link of the inner one touches a link of a closed part already.
+  bool touches(const Inner& inner, const SurfacePart& part) const {
+    const Span<const std::uint16_t> links = {parts_.links.data + part.link_begin, part.link_count};
+    const Span<const std::uint16_t> of_inner = inner_.batch->articulation->leaf_link,
+                                    of_outer = outer_.batch->articulation->leaf_link;
+    return std::any_of(touching_.begin(), touching_.end(), [&](const LeafPair& pair) {
+      const std::uint16_t inner_link = of_inner[outer_is_a_ ? pair.b : pair.a],
+                          outer_link = of_outer[outer_is_a_ ? pair.a : pair.b];
+      return std::binary_search(inner.links.begin(), inner.links.end(), inner_link) &&
+             std::binary_search(links.begin(), links.end(), outer_link);
+    });
+  }
+
+  void add(std::uint16_t inner_leaf, std::uint16_t outer_leaf) {
+    // Parts of one leaf may be inside parts of another. What has no room is there already.
+    if (found_.size == found_.capacity) remove_doubles(found_, first_added_);
+    if (found_.size == found_.capacity) return;
+    found_.push(outer_is_a_ ? LeafPair{index_, outer_leaf, inner_leaf} : LeafPair{index_, inner_leaf, outer_leaf});
+  }
+
+  const FrameContext& frame_;
+  const ExactLeaf outer_, inner_;  // any leaf of each
+  const SurfaceParts& parts_;      // of the outer one
+  std::uint32_t index_;
+  bool outer_is_a_;
+  FixedList<LeafPair>& found_;
+  std::uint32_t first_added_;
+  ExactScratch& scratch_;
+  InsideScratch& own_;
+  FrameStats& stats_;
+  double shift_[3];  // the origin of the inner one less that of the outer one
+  Span<const LeafPair> touching_;
+};
+
+}  // namespace
+
+void size_inside(const InsideNeeds& needs, Arena& arena, InsideScratch& out) {
+  out = {};
+  if (needs.leaves == 0) return;
+  out.poses = arena.allocate<kernel::RigidLanes<double>>(needs.links);
+  out.bounds = arena.allocate<RayBounds>(needs.leaves);
+  out.crossings = arena.allocate<PartCrossings>(needs.parts);
+  const Span<std::uint32_t> crossed = arena.allocate<std::uint32_t>(needs.parts);
+  out.crossed = {crossed.data, static_cast<std::uint32_t>(crossed.size), 0};
+  out.met = arena.allocate<kernel::MetTriangle>(kLanes, needs.patches);
+}
+
+bool searches_inside(const FrameContext& frame, const Candidate& candidate) {
+  return frame.finds_inside() && !is_within(candidate) &&
+         (has_closed_parts(*frame.batch(candidate.batch_a).articulation) ||
+          has_closed_parts(*frame.batch(candidate.batch_b).articulation));
+}
+
+void add_inside(const FrameContext& frame, const Candidate* candidates, std::uint32_t begin, std::uint32_t end,
+                FixedList<LeafPair>& found, ExactScratch& scratch, FrameStats& stats) {
+  if (!frame.finds_inside()) return;
+  const std::uint32_t touching = found.size;
+  std::uint32_t first = 0;
+  for (std::uint32_t i = begin; i < end; ++i) {
+    std::uint32_t last = first;
+    while (last < touching && found.data[last].candidate == i) ++last;
+    const Span<const LeafPair> own = {found.data + first, last - first};
+    first = last;
+    const Candidate& candidate = candidates[i];
+    if (!searches_inside(frame, candidate) || (frame.report == Report::kInContact && !own.empty())) continue;
+    for (const bool outer_is_a : {true, false}) {
+      const std::uint32_t outer = outer_is_a ? candidate.batch_a : candidate.batch_b;
+      if (has_closed_parts(*frame.batch(outer).articulation))
+        InsideSearch(frame, candidate, i, outer_is_a, found, touching, scratch, stats).run(own);
+    }
+  }
+  if (found.size == touching) return;
+  remove_doubles(found, touching);
+  std::sort(found.begin(), found.end(), [](const LeafPair& x, const LeafPair& y) { return order(x) < order(y); });
+}
+
+}  // namespace cab
