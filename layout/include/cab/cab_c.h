@@ -651,7 +651,8 @@ typedef struct cab_Leaf {
   // The triangles of cab_ArticulationDesc.skin that the leaf stands for: three indices of vertices each. The library
   // makes the box about them, and in every frame grows it by what other links do to them, so that it holds them in
   // every pose. Then `box` is not read, and there are no parts. Some 50 to 200 triangles that are next to each other,
-  // most of whose weight is on `link`, make a tight box. Empty (default): the leaf is rigid.
+  // most of whose weight is on `link`, make a tight box. Triangles that are connected by vertices in common are a part.
+  // A part has an inside if each of its edges has an even number of triangles. Empty (default): the leaf is rigid.
   cab_ConstUint32Span triangles;
 } cab_Leaf;
 
@@ -1112,7 +1113,7 @@ typedef struct cab_TouchingTriangles {
 typedef struct cab_FrameStats {
   uint64_t candidates;               // pairs of characters whose bounds overlap, and characters tested within
   uint64_t box_tests;                // overlap tests of two boxes, inner ones and leaves
-  uint64_t leaf_pairs;               // leaf pairs whose boxes overlap: #coll in the paper
+  uint64_t leaf_pairs;               // leaf pairs whose boxes overlap (#coll in the paper) or are inside
   uint64_t exact_tests;              // leaf pairs that went to the exact test, at most leaf_pairs
   uint64_t false_positives;          // exact tests that found the leaves apart: #false in the paper
   uint64_t instances_masked;         // instances that took no part (cab_InstanceFlag says why)
@@ -1169,8 +1170,8 @@ typedef struct cab_FrameJob {
   // What the frame finds out. Default: hits.
   cab_Report report;
 
-  // Whether a body of another instance that is wholly inside a closed part of a skin is a hit of both, though no
-  // triangles touch. Only with CAB_EXACT_SURFACE (docs/exact.md). Default: it is.
+  // With CAB_EXACT_SURFACE: whether what is wholly inside a closed part of another instance's skin is a hit, though no
+  // triangles touch (docs/exact.md). Other exact tests do not read it. Default: it is a hit.
   bool containment;
 
   // Output: room for the hits, one per two links that touch. They are sorted by batch_a, instance_a, batch_b,
