@@ -114,6 +114,8 @@ std::uint32_t near_triangles(const SkinnedLeaf& leaf, std::uint32_t patch_count,
 template <class V>
 std::uint32_t ray_triangles(const SurfaceRay& ray, MetTriangle* out);
 template <class V>
+bool test_part(const SurfacePart& part, std::uint32_t* triangles, std::uint32_t* count);
+template <class V>
 bool test_surfaces(const SurfacePair& job, void* taker, bool (*take)(void* taker, const TrianglePairs& pairs));
 
 namespace {
@@ -172,6 +174,7 @@ constexpr KernelTable table_of(Isa isa) {
           skin_leaf<V>,
           near_triangles<V>,
           ray_triangles<V>,
+          test_part<V>,
           test_surfaces<V>};
 }
 

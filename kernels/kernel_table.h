@@ -50,6 +50,7 @@ struct SkinLeaf;
 struct SkinnedLeaf;
 struct MetTriangle;
 struct SurfacePair;
+struct SurfacePart;
 struct SurfaceRay;
 struct TrianglePairs;
 template <class Tile>
@@ -112,6 +113,7 @@ struct KernelTable {
   std::uint32_t (*near_triangles)(const SkinnedLeaf&, std::uint32_t patch_count, const float (&lo)[3],
                                   const float (&hi)[3], std::uint32_t* out);
   std::uint32_t (*ray_triangles)(const SurfaceRay&, MetTriangle* out);
+  bool (*test_part)(const SurfacePart&, std::uint32_t* triangles, std::uint32_t* count);
   bool (*test_surfaces)(const SurfacePair&, void* taker, bool (*take)(void* taker, const TrianglePairs&));
 };
 

@@ -12,7 +12,7 @@ enum class ConvexKind : std::uint8_t {
   kRound,      // all points within a radius of a segment along z, or of a point: size = radius, unused, half length
   kEllipsoid,  // size: radii along x, y, z
   kBox,        // size: half extents along x, y, z
-  kHull,       // the convex hull of `vertices`; size unused
+  kHull,       // the convex hull of `vertices`; size: half extents of the box about them
   kCylinder,   // size: radius, unused, half length along z
   kHalfSpace,  // all points with z <= 0; size unused
 };

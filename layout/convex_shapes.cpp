@@ -38,6 +38,7 @@ void set_hull(const ConvexPart& part, const double (&columns)[3][3], Arena& aren
   for (std::size_t c = 0; c < 3; ++c) {
     center[c] = 0.5 * (lo[c] + hi[c]);
     largest = std::max(largest, hi[c] - center[c]);
+    shape.size[c] = rounded_up(hi[c] - center[c]);
   }
   int exponent = 0;
   std::frexp(largest, &exponent);
@@ -125,8 +126,8 @@ ConvexShape shape_of(const ConvexPart& part, Arena& arena) {
       break;
     case ShapeKind::kConvexHull:
       shape.kind = ConvexKind::kHull;
-      size = {};
       set_hull(part, columns, arena, shape);
+      size = double3(shape.size);
       break;
     case ShapeKind::kSphere:
       shape.kind = ConvexKind::kRound;

@@ -33,8 +33,7 @@ class ConvexTester {
   ConvexTester(const FrameContext& frame, ExactScratch& scratch, Touching touching, FrameStats& stats)
       : frame_(frame), scratch_(scratch), touching_(touching), stats_(stats), queues_(scratch, Test{frame, touching}) {}
 
-  // Queues all pairs of shapes of two leaves of a candidate. Two leaves with triangles are tested at once: returns
-  // whether they touch.
+  // Tests two leaves of a candidate, or queues pairs of their shapes. Returns whether they are known to touch at once.
   bool add(const Candidate& candidate, std::uint32_t leaf_a, std::uint32_t leaf_b, std::uint32_t id) {
     if (is_within(candidate) && leaf_b < leaf_a) std::swap(leaf_a, leaf_b);
     const ExactLeaf at_a = exact_leaf(frame_, candidate.batch_a, candidate.instance_a, leaf_a),
@@ -47,10 +46,8 @@ class ConvexTester {
       if (touch) touching_.set_touching(id);
       return touch;
     }
-    if (by_triangles_a || by_triangles_b) {
-      add_triangles(by_triangles_a ? at_a : at_b, by_triangles_a ? at_b : at_a, margin, id);
-      return false;
-    }
+    if (by_triangles_a || by_triangles_b)
+      return add_triangles(by_triangles_a ? at_a : at_b, by_triangles_a ? at_b : at_a, margin, id);
     const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
     double shift[3];
     origin_difference(at_a, at_b, shift);
@@ -67,25 +64,38 @@ class ConvexTester {
   void finish() { queues_.finish(); }
 
  private:
-  // Queues the triangles of one leaf that are near a shape of the other.
-  void add_triangles(const ExactLeaf& surface, const ExactLeaf& other, float margin, std::uint32_t id) {
+  // Tests the triangles of one leaf against the shapes of the other, and queues those that are undecided. Returns
+  // whether one is known to touch.
+  bool add_triangles(const ExactLeaf& surface, const ExactLeaf& other, float margin, std::uint32_t id) {
     double shift[3];
     origin_difference(surface, other, shift);
     const kernel::SkinnedLeaf& skin =
         skinned(frame_, surface, nullptr, scratch_.skins, {stats_.leaves_skinned, stats_.leaves_replaced});
+    const LeafShapes shapes = shapes_of(other);
+    bool touch = false;
+    for (std::size_t i = 0; i < shapes.shapes.size && !touch; ++i) {
+      const PlacedShape placed = {&shapes.shapes[i], shapes.at};
+      touch = is_triangle(*placed.shape) ? touch_triangle(frame_, surface, skin, placed, shift, margin)
+                                         : touches_part(surface, skin, shapes, *placed.shape, shift, margin);
+    }
+    if (touch) touching_.set_touching(id);
+    return touch;
+  }
+
+  // The same for one convex shape.
+  bool touches_part(const ExactLeaf& surface, const kernel::SkinnedLeaf& skin, const LeafShapes& shapes,
+                    const ConvexShape& shape, const double (&shift)[3], float margin) {
     const SurfaceLeaves& of = surface.batch->articulation->surface;
     const SurfaceLeaf& leaf = of.leaves[surface.leaf];
-    const LeafShapes shapes = shapes_of(other);
-    for (const ConvexShape& shape : shapes.shapes) {
-      const NearBox box = near_box(shapes.at, shape, shift, skin.size, margin);
-      const std::uint32_t count =
-          frame_.kernels.near_triangles(skin, leaf.patch_count, box.lo, box.hi, scratch_.skins.near.data);
-      for (std::uint32_t i = 0; i < count && !touching_.is_touching(id); ++i) {
-        const ConvexShape& triangle =
-            add_triangle(of, leaf, skin, scratch_.skins.near[i], shape.kind, scratch_.triangles);
-        queues_.add({{&triangle, 1}, pose_of_instance(), 1}, triangle, shapes, shape, shift, box.margin);
-      }
+    const NearPart near = near_part({&shape, shapes.at}, shift, surface, skin, margin);
+    std::uint32_t* const triangles = scratch_.skins.near.data;
+    std::uint32_t count = frame_.kernels.near_triangles(skin, leaf.patch_count, near.lo, near.hi, triangles);
+    if (frame_.kernels.test_part(near.part, triangles, &count)) return true;
+    for (std::uint32_t i = 0; i < count && !touching_.is_touching(queues_.asks); ++i) {
+      const ConvexShape& triangle = add_triangle(of, leaf, skin, triangles[i], shape.kind, scratch_.triangles);
+      queues_.add({{&triangle, 1}, pose_of_instance(), 1}, triangle, shapes, shape, shift, near.part.margin);
     }
+    return false;
   }
 
   struct Test {

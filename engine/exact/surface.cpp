@@ -1,5 +1,6 @@
 #include "engine/exact/surface.h"
 
+#include "engine/exact/convex.h"
 #include "kernels/surface/test_surfaces.h"
 #include "kernels/surface/triangles_in_double.h"
 #include "layout/compiler.h"
@@ -61,6 +62,43 @@ struct SurfaceTest {
       if (!take_touching(taker, index_of(a, triangle_a), index_of(b, triangle_b))) return false;
     }
     return true;
+  }
+};
+
+// The corners of a triangle that is a hull of three vertices.
+PlacedTriangle placed_corners(const PlacedShape& triangle, const double (&shift)[3]) {
+  const kernel::RigidLanes<double> pose = pose_in_double(triangle.at);
+  const ConvexShape& shape = *triangle.shape;
+  const Double3 by = {shift[0], shift[1], shift[2]}, position = double3(shape.part->position);
+  const Double3 axis[3] = {{shape.axis[0][0], shape.axis[0][1], shape.axis[0][2]},
+                           {shape.axis[1][0], shape.axis[1][1], shape.axis[1][2]},
+                           {shape.axis[2][0], shape.axis[2][1], shape.axis[2][2]}};
+  PlacedTriangle out = {{}, 0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Double3 vertex = double3(shape.part->vertices.data + 3 * i);
+    const Double3 at = pose.scale * (position + kernel::rotate(axis, vertex));
+    out.at.corner[i] = (pose.translation + kernel::rotate(pose.column, at)) + by;
+    out.size = std::max(out.size, pose.scale * (kernel::sum(kernel::abs(position)) + kernel::sum(kernel::abs(vertex))));
+  }
+  out.size += kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(by));
+  return out;
+}
+
+// A triangle that is no leaf's, and whether one of a leaf touches it.
+struct LoneTriangle {
+  const ExactLeaf& leaf;
+  PlacedTriangle triangle;
+  double margin;
+  bool touches;
+
+  // Returns whether to go on.
+  bool take(const kernel::TrianglePairs& pairs) {
+    touches = pairs.touching != 0;
+    for (std::uint32_t lanes = pairs.undecided; lanes && !touches; lanes &= lanes - 1) {
+      const PlacedTriangle at = triangle_in_double(leaf, pairs.a[lowest_bit(lanes)], {0, 0, 0});
+      touches = kernel::touch_in_double(at.at, triangle.at, kSurfaceErrorDouble * (at.size + triangle.size), margin);
+    }
+    return !touches;
   }
 };
 
@@ -142,24 +180,79 @@ bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLe
   return touch;
 }
 
-NearBox near_box(const StoredPose& at, const ConvexShape& shape, const double (&shift)[3], float size, float margin) {
-  const kernel::RigidLanes<double> pose = pose_in_double(at);
+bool touch_triangle(const FrameContext& frame, const ExactLeaf& leaf, const kernel::SkinnedLeaf& skin,
+                    const PlacedShape& triangle, const double (&shift)[3], float margin) {
+  LoneTriangle test = {leaf, placed_corners(triangle, shift), static_cast<double>(margin), false};
+  for (const double by : shift)
+    if (std::fabs(by) > kMostShift) return false;
+  static constexpr TrianglePatch kOne = {{{0}, {1}, {2}}, {}, 1};
+  alignas(64) float vertices[4 * 3] = {};
+  AabbTile bounds[2];
+  for (std::size_t c = 0; c < 3; ++c) {
+    const kernel::Vec3<double>(&at)[3] = test.triangle.at.corner;
+    for (std::size_t i = 0; i < 3; ++i)
+      vertices[4 * i + c] = static_cast<float>(c == 0 ? at[i].x : c == 1 ? at[i].y : at[i].z);
+    bounds[0].lo[c][0] = std::min({vertices[c], vertices[4 + c], vertices[8 + c]});
+    bounds[0].hi[c][0] = std::max({vertices[c], vertices[4 + c], vertices[8 + c]});
+  }
+  kernel::empty_lanes(bounds[0], 1);
+  bounds[1] = bounds[0];
+  kernel::SurfacePair pair = {skin,
+                              {vertices, bounds, 0},
+                              patches_of(leaf),
+                              &kOne,
+                              leaf.batch->articulation->surface.leaves[leaf.leaf].patch_count,
+                              1,
+                              {0, 0, 0},
+                              kSurfaceError * (skin.size + rounded_up(test.triangle.size)),
+                              margin,
+                              0};
+  pair.reach = rounded_up(static_cast<double>(pair.error) + test.margin);
+  frame.kernels.test_surfaces(pair, &test, [](void* of, const kernel::TrianglePairs& pairs) {
+    return static_cast<LoneTriangle*>(of)->take(pairs);
+  });
+  return test.touches;
+}
+
+NearPart near_part(const PlacedShape& placed, const double (&shift)[3], const ExactLeaf& leaf,
+                   const kernel::SkinnedLeaf& skin, float margin) {
+  const ConvexShape& shape = *placed.shape;
+  const kernel::RigidLanes<double> pose = pose_in_double(placed.at);
   const Double3 by = {shift[0], shift[1], shift[2]}, position = pose.scale * double3(shape.position);
   const Double3 center = (pose.translation + by) + kernel::rotate(pose.column, position);
   const double away =
       kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(by)) + kernel::sum(kernel::abs(position));
-  const double within =
-      static_cast<double>(margin) + static_cast<double>(kSurfaceError) * (static_cast<double>(size) + away);
-  const float margin_of_pair = rounded_up(within);
+  const double size = static_cast<double>(skin.size) + away, reach = pose.scale * static_cast<double>(shape.reach);
+  const double within = static_cast<double>(margin) + static_cast<double>(kSurfaceError) * size;
+  NearPart out;
+  out.part = {skin, patches_of(leaf), shape.kind, 0, {}, {}, {}, rounded_up(within)};
+  out.part.scale = scale_of_reach(rounded_up(size + reach + within));
+  const bool is_round = shape.kind == ConvexKind::kRound;
+  const bool is_plane = shape.kind == ConvexKind::kHalfSpace;
+  const bool is_far = !is_plane && kernel::max_component(kernel::abs(by)) > kMostShift;
+  const double centers[3] = {center.x, center.y, center.z};
+  double extent[3] = {};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Double3 axis = kernel::rotate(pose.column, {shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]});
+    const double axes[3] = {axis.x, axis.y, axis.z};
+    const float length = shape.kind == ConvexKind::kCylinder && k == 1 ? shape.size[0] : shape.size[k];
+    const double half = pose.scale * static_cast<double>(length);
+    out.part.half[k] = static_cast<float>(half * static_cast<double>(out.part.scale));
+    for (std::size_t c = 0; c < 3; ++c) {
+      out.part.axis[k][c] = static_cast<float>(axes[c]);
+      extent[c] += is_round && k == 0 ? half : std::fabs(axes[c]) * half;
+    }
+  }
   constexpr float kMost = std::numeric_limits<float>::max();
-  // A half space reaches anywhere, but not where the empty boxes of unused lanes are.
-  if (shape.kind == ConvexKind::kHalfSpace) return {{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}, margin_of_pair};
-  if (kernel::max_component(kernel::abs(by)) > kMostShift)
-    return {{kMost, kMost, kMost}, {kMost, kMost, kMost}, margin_of_pair};
-  const double reach = within + pose.scale * static_cast<double>(shape.reach);
-  return {{float_below(center.x - reach), float_below(center.y - reach), float_below(center.z - reach)},
-          {float_above(center.x + reach), float_above(center.y + reach), float_above(center.z + reach)},
-          margin_of_pair};
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.part.center[c] = static_cast<float>(centers[c]);
+    // A half space reaches anywhere, but not where the empty boxes of unused lanes are.
+    const double from_center = std::min(extent[c], reach) + within;
+    out.lo[c] = is_plane ? -kMost : float_below(centers[c] - from_center);
+    out.hi[c] = is_plane ? kMost : float_above(centers[c] + from_center);
+    if (is_far) out.lo[c] = out.hi[c] = kMost;
+  }
+  return out;
 }
 
 }  // namespace cab

@@ -3,8 +3,7 @@
 
 #include "engine/exact/convex_pair.h"
 #include "engine/exact/skin_cache.h"
-#include "kernels/surface/test_triangles.h"
-#include "layout/convex_shape.h"
+#include "kernels/surface/part_triangles.h"
 
 namespace cab {
 
@@ -73,14 +72,24 @@ void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, cons
 bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin, SkinCache& cache,
                     FrameStats& stats);
 
-// Where the triangles of a skinned leaf may touch a convex shape: a box in world axes about the origin of the leaf's
-// instance, and the margin of a triangle and the shape, which has room for rounding.
-struct NearBox {
+// Whether a shape is a triangle.
+inline bool is_triangle(const ConvexShape& shape) {
+  return shape.kind == ConvexKind::kHull && shape.part->vertices.size == 9;
+}
+
+// Whether a triangle of a skinned leaf touches a shape that is a triangle, or comes within the margin of it. Triangles
+// that not even doubles decide touch. shift: the origin of the shape's instance less that of the leaf's.
+bool touch_triangle(const FrameContext& frame, const ExactLeaf& leaf, const kernel::SkinnedLeaf& skin,
+                    const PlacedShape& triangle, const double (&shift)[3], float margin);
+
+// A convex shape as the triangles of a skinned leaf meet it, and the box in world axes about the origin of the leaf's
+// instance in which they may touch it. The margin of the part has room for rounding.
+struct NearPart {
+  kernel::SurfacePart part;
   float lo[3], hi[3];
-  float margin;
 };
 
-// shift: the origin of the shape's instance less that of the leaf's. size: SkinnedLeaf::size.
-NearBox near_box(const StoredPose& at, const ConvexShape& shape, const double (&shift)[3], float size, float margin);
+NearPart near_part(const PlacedShape& placed, const double (&shift)[3], const ExactLeaf& leaf,
+                   const kernel::SkinnedLeaf& skin, float margin);
 
 }  // namespace cab

@@ -19,7 +19,8 @@ void set_vertices(TriangleHull& out) {
   for (std::size_t c = 0; c < 3; ++c) {
     const auto [lo, hi] = std::minmax({out.corners[c], out.corners[3 + c], out.corners[6 + c]});
     shape.position[c] = 0.5f * lo + 0.5f * hi;
-    largest = std::max({largest, hi - shape.position[c], shape.position[c] - lo});
+    shape.size[c] = std::max(hi - shape.position[c], shape.position[c] - lo);
+    largest = std::max(largest, shape.size[c]);
   }
   int exponent = 0;
   std::frexp(largest, &exponent);

@@ -233,30 +233,28 @@ CAB_INLINE V weight_of(V dividend, V divisor) {
   return max(min(by, V(1.0f)), V(0.0f));
 }
 
-// The square of the distance of two points, one of each of two segments: the nearest ones (Ericson 2005, 5.1.9), or
-// nearly. e, f: the segments; between: from the beginning of the first to that of the second.
+// The way from a point of one segment to a point of another: the nearest ones (Ericson 2005, 5.1.9), or nearly. e, f:
+// the segments; between: from the beginning of the first to that of the second.
 template <class V>
-CAB_INLINE V distance_of_edges_sq(const Vec3<V>& e, const Vec3<V>& f, const Vec3<V>& between) {
+CAB_INLINE Vec3<V> way_of_edges(const Vec3<V>& e, const Vec3<V>& f, const Vec3<V>& between) {
   const V e_sq = dot(e, e), f_sq = dot(f, f), ef = dot(e, f);
   const V along_e = dot(e, between), along_f = dot(f, between);
   V of_e = weight_of(along_e * f_sq - ef * along_f, e_sq * f_sq - ef * ef);
   const V of_f = weight_of(of_e * ef - along_f, f_sq);
   of_e = weight_of(of_f * ef + along_e, e_sq);
-  const Vec3<V> way = (between + of_f * f) - of_e * e;
-  return dot(way, way);
+  return (between + of_f * f) - of_e * e;
 }
 
-// The square of the distance of a point from its foot in a triangle, or more than any if that is outside. from: the way
-// from the triangle's first corner to the point.
+// The way to a point from its foot in the plane of a triangle. from: the way from the triangle's first corner to the
+// point; inside: the lanes in which the foot is in the triangle.
 template <class V>
-CAB_INLINE V distance_to_face_sq(const TriangleShape<V>& face, V normal_sq, const Vec3<V>& from) {
+CAB_INLINE Vec3<V> way_to_face(const TriangleShape<V>& face, V normal_sq, const Vec3<V>& from, Mask<V>& inside) {
   const V zero(0.0f), one(1.0f);
   const Vec3<V> across = cross(face.normal, from);
   const V of_first = zero - dot(across, face.edge[2]), of_second = zero - dot(across, face.edge[0]);
-  const Mask<V> inside = both(both(of_first > zero, of_second > zero), of_first + of_second < normal_sq);
+  inside = both(both(of_first > zero, of_second > zero), of_first + of_second < normal_sq);
   const V by = divide(one, normal_sq);
-  const Vec3<V> way = (from - (by * of_first) * face.edge[0]) + (by * of_second) * face.edge[2];
-  return select(inside, dot(way, way), V(kFarTriangles));
+  return (from - (by * of_first) * face.edge[0]) + (by * of_second) * face.edge[2];
 }
 
 // The lanes in which a point of a is within the margin of a point of b.
@@ -268,11 +266,18 @@ CAB_INLINE Mask<V> near_by_points(const TrianglePair<V>& pair, const TriangleSla
   const Vec3<V> origin = {zero, zero, zero};
   const Vec3<V> corners_of_a[3] = {origin, pair.a.edge[0], origin - pair.a.edge[2]};
   V least_sq = V(kFarTriangles);
+  const auto take_face = [&least_sq](const TriangleShape<V>& face, V normal_sq, const Vec3<V>& from) {
+    Mask<V> inside;
+    const Vec3<V> way = way_to_face(face, normal_sq, from, inside);
+    least_sq = min(least_sq, select(inside, dot(way, way), V(kFarTriangles)));
+  };
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j)
-      least_sq = min(least_sq, distance_of_edges_sq(pair.a.edge[i], pair.b.edge[j], pair.corner[j] - corners_of_a[i]));
-    least_sq = min(least_sq, distance_to_face_sq(pair.a, normal_a_sq, pair.corner[i]));
-    least_sq = min(least_sq, distance_to_face_sq(pair.b, normal_b_sq, corners_of_a[i] - pair.corner[0]));
+    for (int j = 0; j < 3; ++j) {
+      const Vec3<V> way = way_of_edges(pair.a.edge[i], pair.b.edge[j], pair.corner[j] - corners_of_a[i]);
+      least_sq = min(least_sq, dot(way, way));
+    }
+    take_face(pair.a, normal_a_sq, pair.corner[i]);
+    take_face(pair.b, normal_b_sq, corners_of_a[i] - pair.corner[0]);
   }
   const V up = by_precision<V>(kTriangleUp, kTriangleUpDouble);
   return up * sqrt(least_sq + tiny) + (V(2.0f) * slack.error + slack.rounding) < margin;

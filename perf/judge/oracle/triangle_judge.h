@@ -135,4 +135,21 @@ inline Real distance_apart(const Triangle<Real>& a, const Triangle<Real>& b) {
 
 inline Real distance(const Triangle<Real>& a, const Triangle<Real>& b) { return meet(a, b) ? 0 : distance_apart(a, b); }
 
+// From a box about the origin, with sides across the axes.
+inline Real distance_to_box(const Triangle<Real>& triangle, const Point& half) {
+  Point corner[8];
+  for (std::size_t i = 0; i < 8; ++i)
+    for (std::size_t c = 0; c < 3; ++c) corner[i][c] = i >> c & 1 ? half[c] : -half[c];
+  bool inside = true;
+  for (std::size_t c = 0; c < 3; ++c) inside = inside && std::fabs(triangle.corner[0][c]) <= half[c];
+  if (inside) return 0;
+  Real out = HUGE_VALL;
+  static constexpr std::size_t kSides[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                               {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
+  for (const auto& side : kSides)
+    for (const std::size_t third : {std::size_t{1}, std::size_t{3}})
+      out = std::min(out, distance(triangle, {{corner[side[0]], corner[side[2]], corner[side[third]]}}));
+  return out;
+}
+
 }  // namespace cab::oracle

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -148,58 +147,47 @@ Real size_of(const Crowd& crowd) {
   return out;
 }
 
-// How far triangles are from the boundary of a box along the world's axes, or 0 if one begins inside.
-Real distance_to_box(const Triangle<Real>& triangle, const Point& center, const Point& half) {
-  Point corner[8];
-  for (std::size_t i = 0; i < 8; ++i)
-    for (std::size_t c = 0; c < 3; ++c) corner[i][c] = center[c] + (i >> c & 1 ? half[c] : -half[c]);
-  bool inside = true;
-  for (std::size_t c = 0; c < 3; ++c) inside = inside && std::fabs(triangle.corner[0][c] - center[c]) <= half[c];
-  Real out = inside ? 0 : HUGE_VALL;
-  static constexpr std::size_t kSides[6][4] = {{0, 1, 3, 2}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                               {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 3, 7, 5}};
-  for (const auto& side : kSides)
-    for (const std::size_t third : {std::size_t{1}, std::size_t{3}})
-      out = std::min(out, distance(triangle, {{corner[side[0]], corner[side[2]], corner[side[third]]}}));
-  return out;
-}
-
-// A static body, and how far a triangle is from it.
+// A static body. A hull is one of a box.
 struct Obstacle {
   StaticBody body;
   ConvexPart part;
-  std::function<Real(const Triangle<Real>&)> distance_to;
+  std::vector<float> vertices;
+
+  // How far a triangle is from it.
+  Real distance_to(const Triangle<Real>& triangle) const {
+    Real column[3][3], q[4];
+    std::copy_n(body.rotation, 4, q);
+    quaternion_matrix(q, column);
+    Triangle<Real> at{};
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c)
+          at.corner[i][k] += column[k][c] * (triangle.corner[i][c] - static_cast<Real>(body.origin[c]));
+    const Point size{{part.size[0], part.size[1], part.size[2]}}, along{{0, 0, size[1]}};
+    switch (part.kind) {
+      case ShapeKind::kSphere: return distance(at, {{Point{}, Point{}, Point{}}}) - size[0];
+      case ShapeKind::kCapsule: return distance(at, {{Real{-1} * along, along, along}}) - size[0];
+      case ShapeKind::kHalfSpace: return std::min({at.corner[0][2], at.corner[1][2], at.corner[2][2]});
+      default: return distance_to_box(at, size);
+    }
+  }
 };
 
 Obstacle random_obstacle(Random& random, unsigned kind, const Point& at, double size) {
+  constexpr ShapeKind kKinds[] = {ShapeKind::kSphere, ShapeKind::kCapsule, ShapeKind::kBox, ShapeKind::kHalfSpace,
+                                  ShapeKind::kConvexHull};
   Obstacle out;
   for (std::size_t c = 0; c < 3; ++c) out.body.origin[c] = static_cast<double>(at[c]);
-  const Point center{{out.body.origin[0], out.body.origin[1], out.body.origin[2]}};
+  for (float& turn : out.body.rotation) turn = static_cast<float>(random.uniform(-1, 1));
   for (float& length : out.part.size) length = static_cast<float>(size * random.uniform(0.02, 0.2));
-  const float *const lengths = out.part.size, reach = lengths[0] + lengths[1] + lengths[2];
-  std::fill_n(out.body.box.half, 3, reach);
-  const Point half{{lengths[0], lengths[1], lengths[2]}};
-  if (kind == 0) {
-    out.part.kind = ShapeKind::kSphere;
-    out.distance_to = [center, radius = half[0]](const Triangle<Real>& t) {
-      return distance(t, {{center, center, center}}) - radius;
-    };
-  } else if (kind == 1) {
-    out.part.kind = ShapeKind::kCapsule;
-    const Point along{{0, 0, half[1]}};
-    out.distance_to = [center, along, radius = half[0]](const Triangle<Real>& t) {
-      return distance(t, {{center - along, center + along, center + along}}) - radius;
-    };
-  } else if (kind == 2) {
-    out.part.kind = ShapeKind::kBox;
-    out.distance_to = [center, half](const Triangle<Real>& t) { return distance_to_box(t, center, half); };
-  } else {
-    out.part.kind = ShapeKind::kHalfSpace;
+  const float* const lengths = out.part.size;
+  std::fill_n(out.body.box.half, 3, lengths[0] + lengths[1] + lengths[2]);
+  out.part.kind = kKinds[kind];
+  if (out.part.kind == ShapeKind::kConvexHull)
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t c = 0; c < 3; ++c) out.vertices.push_back(i >> c & 1 ? lengths[c] : -lengths[c]);
+  if (out.part.kind == ShapeKind::kHalfSpace)
     std::fill_n(out.body.box.half, 3, static_cast<float>(1000 * size));  // it counts where its box is
-    out.distance_to = [center](const Triangle<Real>& t) {
-      return std::min({t.corner[0][2], t.corner[1][2], t.corner[2][2]}) - center[2];
-    };
-  }
   return out;
 }
 
@@ -332,14 +320,15 @@ TEST_CASE("hits on surfaces are the same by every strategy, instruction set and 
   CHECK(seen >= least_count(200, 20));
 }
 
-TEST_CASE("triangles touch balls, capsules, boxes, half spaces and static triangles where they are") {
+TEST_CASE("triangles touch balls, capsules, boxes, hulls, half spaces and static triangles where they are") {
   Random random(172);
   std::size_t touching = 0, apart = 0;
   const std::uint64_t count = rounds(60);
   for (std::uint64_t round = 0; round < count; ++round) {
     const Crowd crowd(random, static_cast<SkinRegime>(round % kSkinRegimeCount));
     const std::vector<PlacedLeaf> leaves = placed_leaves(crowd);
-    const Real size = size_of(crowd), slack = size * 1e-4L;  // for these shapes triangles are rounded to floats
+    // For shapes that are no triangles, triangles are rounded to floats.
+    const Real size = size_of(crowd), slack = size * 1e-4L, slack_of_triangles = size * 1e-9L;
     const auto near_point = [&] {
       const PlacedLeaf& leaf = leaves[random.index(static_cast<unsigned>(leaves.size()))];
       const Point at = leaf.triangles[random.index(static_cast<unsigned>(leaf.triangles.size()))].corner[0];
@@ -347,10 +336,11 @@ TEST_CASE("triangles touch balls, capsules, boxes, half spaces and static triang
       return at + Point{{by[0], by[1], by[2]}};
     };
     std::vector<Obstacle> obstacles;
-    for (unsigned i = 0; i < 12; ++i)
-      obstacles.push_back(random_obstacle(random, i % 4, near_point(), static_cast<double>(size)));
+    for (unsigned i = 0; i < 15; ++i)
+      obstacles.push_back(random_obstacle(random, i % 5, near_point(), static_cast<double>(size)));
     std::vector<StaticBody> bodies;
     for (Obstacle& one : obstacles) {
+      one.part.vertices = one.vertices;
       one.body.parts = {&one.part, 1};
       bodies.push_back(one.body);
     }
@@ -381,6 +371,7 @@ TEST_CASE("triangles touch balls, capsules, boxes, half spaces and static triang
     const PairRule rule = {crowd.batch, around, Pairing::kBetween};
     FrameJob job;
     job.policies.exact = Exact::kSurface;
+    if (round % 2 == 1) job.margin = static_cast<float>(size * Real{0.02});
     job.inputs = inputs;
     job.rules = {&rule, 1};
     std::vector<Hit> hits(4096);
@@ -399,9 +390,10 @@ TEST_CASE("triangles touch balls, capsules, boxes, half spaces and static triang
           const bool is_hit = std::any_of(hits.begin(), hits.end(), [&](const Hit& hit) {
             return hit.instance_a == i && hit.link_a == link && hit.instance_b == body;
           });
-          if (least <= 0) CHECK(is_hit);
-          if (least > slack) CHECK_FALSE(is_hit);
-          ++(least <= 0 ? touching : apart);
+          const Real margin = job.margin, within = body < bodies.size() ? slack : slack_of_triangles;
+          if (least <= margin - (margin > 0 ? within : 0)) CHECK(is_hit);
+          if (least > margin + within) CHECK_FALSE(is_hit);
+          ++(least <= margin ? touching : apart);
         }
   }
   CHECK(touching >= least_count(300, 60));
