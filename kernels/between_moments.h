@@ -1,4 +1,4 @@
-// How far leaf boxes leave the straight line between two moments.
+// How far leaf boxes, and the vertices of skins, leave the straight line between two moments.
 #pragma once
 
 #include "kernels/pose_leaves.h"
@@ -8,15 +8,16 @@ namespace cab::kernel {
 // Sixteen instances at two moments. Poses are quaternions and translations. Unused lanes repeat a used one.
 struct BulgeTile {
   const Articulation* articulation;
-  const float* reach;         // by link: how far its leaf boxes are from its origin, at most
+  const float* reach;         // by link: how far what it moves is from its origin, at most; below 0 if it moves nothing
   const float* from[kLanes];  // the pose of each instance's first link
   const float* to[kLanes];
   const float* from_orientation[kLanes];  // 4 floats per instance
   const float* to_orientation[kLanes];
   alignas(64) float from_scale[kLanes], to_scale[kLanes];
 
-  // Receives how far any point of the leaf boxes can be, between the two, from the straight line between where it is at
-  // both; without the origins of the instances, which are on a line (docs/proof.md, steps 13.3 and 13.5).
+  // Receives how far any point of the leaf boxes, or of the triangles of leaves that have some, can be, between the
+  // two, from the straight line between where it is at both; without the origins of the instances, which are on a line
+  // (docs/proof.md, steps 13.3, 13.5 and 13.7).
   alignas(64) float bulge[kLanes];
 };
 
@@ -53,7 +54,7 @@ void bound_bulge(BulgeTile& tile) {
   }
   constexpr std::uint32_t kFloats = pose_floats(PoseFormat::kQuaternionTranslation);
   for (const PosedLink& posed : tile.articulation->posed_links) {
-    if (posed.leaf_begin == posed.leaf_end) continue;
+    if (tile.reach[posed.link] < 0) continue;
     const V reach(tile.reach[posed.link]);
     read_raw<V>(tile.from, posed.link * kFloats, kFloats, from);
     read_raw<V>(tile.to, posed.link * kFloats, kFloats, to);

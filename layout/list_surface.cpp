@@ -57,6 +57,17 @@ double reach_of(const SurfaceBone& bone, const float* v) {
   return out;
 }
 
+// How far a vertex is from the origin of a link that moves it.
+double radius_of(const SurfaceBone& bone, const float* v) {
+  double square = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double at = static_cast<double>(bone.bind[3][c]);
+    for (std::size_t k = 0; k < 3; ++k) at += static_cast<double>(bone.bind[k][c]) * static_cast<double>(v[k]);
+    square += at * at;
+  }
+  return std::sqrt(square);
+}
+
 // Lists what leaves have, one after the other.
 class SurfaceList {
  public:
@@ -113,21 +124,27 @@ class SurfaceList {
   }
 
   void list_bones(std::uint32_t begin) {
-    std::map<std::uint32_t, double> reaches;
+    struct Sizes {
+      double reach = 0, radius = 0;
+    };
+    std::map<std::uint32_t, Sizes> sizes;
     SurfaceBone bone = {};
     for (const MovedVertex& moved : vertices_)
       for (const Weight& by : moved.weights) {
         bone.link = by.link;
         set_bind(skin_, bone);
-        double& reach = reaches[by.link];
-        reach = std::max(reach, reach_of(bone, skin_.vertices.data + 3 * std::size_t{moved.vertex}));
+        const float* const v = skin_.vertices.data + 3 * std::size_t{moved.vertex};
+        Sizes& of = sizes[by.link];
+        of.reach = std::max(of.reach, reach_of(bone, v));
+        of.radius = std::max(of.radius, radius_of(bone, v));
       }
     bone_of_.clear();
-    for (const auto& [link, reach] : reaches) {
+    for (const auto& [link, of] : sizes) {
       bone_of_[link] = static_cast<std::uint32_t>(bones_.size()) - begin;
       bone.link = link;
       set_bind(skin_, bone);
-      bone.reach = rounded_up(reach);
+      bone.reach = rounded_up(of.reach);
+      bone.radius = rounded_up(of.radius);
       bones_.push_back(bone);
     }
   }

@@ -29,6 +29,7 @@ struct SurfaceBone {
   std::uint32_t link;
   float bind[4][3];  // the columns of the link's inverse bind matrix
   float reach;       // no number on the way of these vertices to the link's frame is larger
+  float radius;      // none of them is farther from the link's origin
 };
 
 // Up to sixteen triangles that are next to each other.

@@ -69,13 +69,16 @@ struct IndexRoom {
   }
 };
 
-// How far the leaf boxes of each link are from its origin, and the balls that hold them (docs/proof.md, step 13.6).
+// How far what each link moves is from its origin, and the balls that hold leaf boxes (docs/proof.md, steps 13.6 and
+// 13.7).
 void measure_leaves(const Articulation& articulation, Span<float> reach, Span<float> radius) {
   const auto length = [](const float(&v)[3]) {
     return std::sqrt(static_cast<double>(v[0]) * static_cast<double>(v[0]) +
                      static_cast<double>(v[1]) * static_cast<double>(v[1]) +
                      static_cast<double>(v[2]) * static_cast<double>(v[2]));
   };
+  std::fill(reach.begin(), reach.end(), -1.0f);
+  for (const SurfaceBone& bone : articulation.surface.bones) reach[bone.link] = std::max(reach[bone.link], bone.radius);
   for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) {
     const Box& box = articulation.leaf_box[leaf];
     float& of_link = reach[articulation.leaf_link[leaf]];
@@ -318,7 +321,6 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     const InstanceBatch& batch = engine.batches[slot]->batch;
     if (batch.kind != BatchKind::kCharacters || is_static(batch) || batch.articulation->lod.posed)
       return Status::kBadBatchKind;
-    if (has_skin(*batch.articulation)) return Status::kSkinNotTaken;
     if (desc.ticks == 0 || desc.ticks > kMaxTicks) return Status::kBadTicks;
     StoredHistoryPtr made = make_history(engine.allocator);
     made->batch.value = id_of(slot, engine, engine.batches);

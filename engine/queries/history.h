@@ -63,7 +63,7 @@ struct StoredHistory {
   Span<HistoryTick> ring;              // one more than are kept: that of a call that fails is none of them
   std::uint32_t first = 0, count = 0;  // of the moments that are kept
   std::uint64_t recorded = 0;          // how many moments were recorded
-  Span<float> reach;                   // by link: how far its leaf boxes are from its origin, at most
+  Span<float> reach;                   // by link: how far what it moves is from its origin, at most; -1 if nothing
   Span<float> radius;                  // by leaf: of a ball about its box's centre that holds the posed box
   Span<InstanceBounds> bounds, next;   // by instance: those of the last moment, and of the one that is recorded
   Span<InstanceBounds> between;        // by instance: of both moments and what is between them

@@ -74,22 +74,28 @@ void pose_group(const QueryRun& run, Span<const std::uint32_t> order) {
   run.own.stats.instances_posed += tile.count;
 }
 
+// Tests are told apart by numbers below this.
+constexpr std::uint32_t kMostTests = 1u << 31;
+
 // Forgets the poses of the instance that was tested before.
-void begin_test(PastWorker& own) {
-  if (++own.test != 0) return;
+void begin_test(const QueryRun& run) {
+  PastWorker& own = *run.past;
+  if (++own.test < kMostTests) return;
   std::fill(own.posed_for.begin(), own.posed_for.end(), 0u);
+  forget_skinned(run.own.skins);
   own.test = 1;
 }
 
-// Tests one candidate.
-template <class Probe>
-void test_candidate(const QueryRun& run, const Query& query, const PastCandidate& one, Probe& probe) {
-  if (!one.is_live || probe.skips(one.entry)) return;
+// Calls visit(posed) with a candidate as it was.
+template <class Visit>
+void visit_past(const QueryRun& run, const Query& query, const PastCandidate& one, Visit&& visit) {
   PastWorker& own = *run.past;
   const StoredHistory& history = *run.asked[one.history];
   const HistoryMoment& moment = one.moment;
   float orientation[4];
-  PastPlace place = {one, {PoseFormat::kQuaternionTranslation, Scaling::kNone}, nullptr, 1, own};
+  BatchInput input;
+  InstanceBatch skin;
+  PastPlace place = {one, {PoseFormat::kQuaternionTranslation, Scaling::kNone}, nullptr, 1, own, nullptr};
   if (run.job.exact != Exact::kNone) {
     const auto part = static_cast<float>(moment.part);
     if (moment.has_orientations()) {
@@ -106,7 +112,17 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
       place.coding.scaling = Scaling::kPerInstance;
       place.scale = moment.scale(one.instance);
     }
-    begin_test(own);
+    begin_test(run);
+  }
+  if (run.job.exact == Exact::kSurface && has_skin(*history.articulation)) {
+    input.poses.format = PoseFormat::kQuaternionTranslation;
+    input.poses.data = moment.is_between() ? own.poses.data : moment.from->pose(one.instance);
+    if (place.orientation) input.orientations = {place.orientation, 4};
+    if (moment.has_scales()) input.scales = {&place.scale, 1};
+    skin.articulation = history.articulation;
+    skin.input = &input;
+    skin.link_stride = kTickFloats * sizeof(float);
+    place.skin = &skin;
   }
   PosedInstance posed = {&run.frame.batch(slot_index(history)),
                          slot_index(history),
@@ -117,9 +133,17 @@ void test_candidate(const QueryRun& run, const Query& query, const PastCandidate
                          {},
                          &place};
   for (std::uint32_t c = 0; c < 3; ++c) posed.apart[c] = moment.origin(one.instance, c) - query.position[c];
-  if (!is_in_reach(posed.apart)) return;
-  ++run.own.stats.instances;
-  probe.test(posed);
+  if (is_in_reach(posed.apart)) visit(posed);
+}
+
+// Tests one candidate.
+template <class Probe>
+void test_candidate(const QueryRun& run, const Query& query, const PastCandidate& one, Probe& probe) {
+  if (!one.is_live || probe.skips(one.entry)) return;
+  visit_past(run, query, one, [&](const PosedInstance& posed) {
+    ++run.own.stats.instances;
+    probe.test(posed);
+  });
 }
 
 // The pose of a link of an instance that is tested.
@@ -158,6 +182,31 @@ LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_
   return {{shapes.shapes.data + begin, end - begin}, at, scale};
 }
 
+ExactLeaf surface_leaf(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf) {
+  if (!one.past || !one.past->skin) return exact_leaf(run.frame, one.slot, one.instance, leaf);
+  const PastPlace& place = *one.past;
+  const SurfaceLeaves& surface = one.batch->articulation->surface;
+  const SurfaceLeaf& of = surface.leaves[leaf];
+  for (std::uint32_t i = 0; i < of.bone_count; ++i) pose_of(place, surface.bones[of.bone_begin + i].link);
+  // What is skinned is kept by a number that no batch and no other test has.
+  return {nullptr, nullptr, place.skin, kMostTests + place.own.test, 0, leaf, leaf};
+}
+
+SurfacePoint past_surface_point(const QueryRun& run, const QueryHit& hit) {
+  const Query& query = run.job.queries[hit.query];
+  SurfacePoint out;
+  for (std::uint32_t h = 0; h < run.asked.size; ++h) {
+    const StoredHistory& history = *run.asked[h];
+    if (slot_index(history) != hit.batch.value - 1) continue;
+    const PastCandidate one = {hit.query, h, hit.instance, 0, moment_of(history, query.time), nullptr, 0, true};
+    HitBuffer none({}, 0);
+    LinkHits hits(run, query, hit.query, none);
+    visit_past(run, query, one,
+               [&](const PosedInstance& posed) { out = RayQuery(run, query, hits).surface_point(posed, hit.leaf); });
+  }
+  return out;
+}
+
 void PastTile::add(const HistoryMoment& moment, std::uint32_t instance) {
   const std::uint32_t lane = count++;
   is_between = is_between || moment.is_between();
@@ -189,6 +238,10 @@ std::uint32_t pose_past_tile(const kernel::KernelTable& kernels, const Articulat
   pose.leaves = posing.boxes.data;
   pose.joints = posing.joints.data;
   pose.motions = nullptr;
+  pose.skin = posing.skin.data;
+  pose.skin_rows = posing.skin_rows.data;
+  pose.grown = posing.grown.data;
+  pose.count = tile.count;
   pose.flags = flags;
   std::fill_n(pose.margins, kLanes, 0.0f);
   if (is_reach_lod(articulation)) pose.pads = kLinkPads;

@@ -48,6 +48,9 @@ bool collect_candidates(const QueryRun& run, std::uint32_t number);
 // Tests the candidates from `begin` on that are of a query, which are posed. Returns the index after the last of them.
 std::uint32_t test_candidates(const QueryRun& run, std::uint32_t number, std::uint32_t begin, LinkHits& hits);
 
+// Where on the triangles of its leaf a hit of a ray about the past is.
+SurfacePoint past_surface_point(const QueryRun& run, const QueryHit& hit);
+
 // Answers a query whose candidates are too many, or whose candidates are not there any more.
 void answer_alone(const QueryRun& run, std::uint32_t number, LinkHits& hits);
 

@@ -59,7 +59,7 @@ bool RayQuery::enter() {
 bool RayQuery::cast(const PosedInstance& one, const LocalRay& ray, std::uint32_t leaf, const BoxAos& box,
                     RayTouch* out) const {
   if (run_.job.exact == Exact::kSurface) {
-    const ExactLeaf exact = exact_leaf(run_.frame, one.slot, one.instance, leaf);
+    const ExactLeaf exact = surface_leaf(run_, one, leaf);
     if (has_triangles(exact)) {
       ++run_.own.stats.exact_tests;
       SurfaceTouch first;
@@ -168,17 +168,14 @@ void RayQuery::finish(PastRay& ray) {
   hits_.finish();
 }
 
-SurfacePoint RayQuery::surface_point(const QueryHit& hit) {
-  const std::uint32_t slot = hit.batch.value - 1;
-  const ExactLeaf leaf = exact_leaf(run_.frame, slot, hit.instance, hit.leaf);
-  PosedInstance one = {leaf.batch, slot, hit.instance, 0, nullptr, 0, {}};
-  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(*leaf.batch, hit.instance, c) - query_.position[c];
+SurfacePoint RayQuery::surface_point(const PosedInstance& one, std::uint32_t leaf) {
+  const ExactLeaf exact = surface_leaf(run_, one, leaf);
   kernel::EnteringRay<double> ray;
   ray.direction = double3(query_.direction);
   aim(ray);
   direction_ = ray.along;
   SurfaceTouch first;
-  return cast_surface(run_, leaf, at_instance(one).ray, &first) ? cab::surface_point(leaf, first) : SurfacePoint();
+  return cast_surface(run_, exact, at_instance(one).ray, &first) ? cab::surface_point(exact, first) : SurfacePoint();
 }
 
 namespace {

@@ -19,8 +19,8 @@ class RayQuery {
   // Finds the first link of the job's histories among the leaves that a search has met.
   void finish(PastRay& ray);
 
-  // Where on the triangles of its leaf a hit of this query is, by another cast at them. No other hit may be known.
-  SurfacePoint surface_point(const QueryHit& hit);
+  // Where on the triangles of a leaf a hit of this query is, by another cast at them. No other hit may be known.
+  SurfacePoint surface_point(const PosedInstance& one, std::uint32_t leaf);
 
   // A probe of histories.
   bool enter();

@@ -59,6 +59,20 @@ Status bind_histories(const Engine& engine, Call& call, Span<const HistoryId> hi
   return Status::kOk;
 }
 
+// The first query about the past that the skins of the job's histories do not answer, or none: null.
+const Query* first_not_taken(const Call& call, const QueryJob& job) {
+  const HistoryMemory* const past = call.reader().past.get();
+  const bool has_skins = past && std::any_of(past->asked.begin(), past->asked.end(), [](const StoredHistory* history) {
+                           return has_skin(*history->articulation);
+                         });
+  if (!has_skins) return nullptr;
+  const Query* const end = job.queries.data + job.queries.size;
+  const Query* const first = std::find_if(job.queries.data, end, [&job](const Query& query) {
+    return query.time != kNow && !(query.kind == QueryKind::kRay && job.exact == Exact::kSurface);
+  });
+  return first == end ? nullptr : first;
+}
+
 Status validate(const Engine& engine, Call& call, QueryJob& job) {
   const auto any_input = [&](auto&& is) {
     return std::any_of(job.inputs.begin(), job.inputs.end(),
@@ -90,6 +104,10 @@ Status validate(const Engine& engine, Call& call, QueryJob& job) {
     }
   }
   if (const Status status = bind_histories(engine, call, job.histories); status != Status::kOk) return status;
+  if (const Query* const query = first_not_taken(call, job)) {
+    job.bad_query = static_cast<std::size_t>(query - job.queries.data);
+    return Status::kSkinNotTaken;
+  }
   if ((job.hits.size && !job.hits.data) || (job.links.size && !job.links.data)) return Status::kBadHitBuffer;
   if (job.hits.size && job.links.size) return Status::kBadHitBuffer;
   const Span<SurfacePoint> points = job.surface_points;
@@ -556,9 +574,12 @@ SurfacePoint surface_point(const QueryRun& run, const QueryHit& hit) {
   const Query& query = run.job.queries[hit.query];
   const ExactLeaf leaf = exact_leaf(run.frame, hit.batch.value - 1, hit.instance, hit.leaf);
   if (run.job.exact != Exact::kSurface || query.kind != QueryKind::kRay || !has_triangles(leaf)) return {};
+  if (query.time != kNow) return past_surface_point(run, hit);
+  PosedInstance one = {leaf.batch, leaf.batch_index, hit.instance, 0, nullptr, 0, {}};
+  for (std::uint32_t c = 0; c < 3; ++c) one.apart[c] = origin_of(*leaf.batch, hit.instance, c) - query.position[c];
   HitBuffer none({}, 0);
   LinkHits hits(run, query, hit.query, none);
-  return RayQuery(run, query, hits).surface_point(hit);
+  return RayQuery(run, query, hits).surface_point(one, hit.leaf);
 }
 
 // Writes where on surfaces the hits of a chunk are, of hits[first] on.

@@ -44,6 +44,7 @@ struct PastPlace {
   const float* orientation;  // null if it has none
   float scale;
   PastWorker& own;
+  const InstanceBatch* skin;  // of this instance alone, posed so, for surface_leaf; or null
 };
 
 // What a search of the run's index reads.
@@ -111,6 +112,9 @@ struct PosedInstance {
 
 // The exact shapes of a leaf, posed.
 LeafShapes shapes_of(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
+
+// A leaf with the poses of the links that move its triangles, if it has some.
+ExactLeaf surface_leaf(const QueryRun& run, const PosedInstance& one, std::uint32_t leaf);
 
 // Where the leaf boxes of a posed tile go, with leaves as lanes: those of lane i begin at boxes[i *
 // tile_count(leaves)].

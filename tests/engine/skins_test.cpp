@@ -260,8 +260,6 @@ TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
   queries.inputs = {&input, 1};
   queries.exact = Exact::kConvex;
   CHECK(run_queries(*world.engine, queries) == Status::kSkinNotTaken);
-  HistoryId history;
-  CHECK(add_history(*world.engine, {world.batch, 4}, &history) == Status::kSkinNotTaken);
   LodDesc lod;
   lod.of = world.articulation;
   ArticulationId level;

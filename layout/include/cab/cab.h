@@ -233,11 +233,11 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: posing every instance once for its bounds and an index of them, about 200 ns per instance, or with reuse_bounds
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `reserve` makes room.
 // Statuses: kBusy, kNoQueryMemory, the input statuses, kBadBatchKind (a sequence), kBadQuery, kExactNotBuilt (exact is
-// kFcl), kLodWithoutShapes, kSkinNotTaken (with kConvex; with kSurface a query that is neither a ray nor a region),
-// kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found or counts is neither empty nor as long as
-// queries, or surface_points neither empty nor as long as hits), kHitsOverflow, kOutOfMemory (TBB had no memory for its
-// tasks); and kUnknownBatch for a history whose batch was removed, and for an ignored_batch that
-// is not one of this engine.
+// kFcl), kLodWithoutShapes, kSkinNotTaken (with kConvex; with kSurface a query that is neither a ray nor a region; of
+// the past of a skin all but rays with kSurface), kUnknownHistory, kHistoryGivenTwice, kBadHitBuffer, kBadOutput (found
+// or counts is neither empty nor as long as queries, or surface_points neither empty nor as long as hits),
+// kHitsOverflow, kOutOfMemory (TBB had no memory for its tasks); and kUnknownBatch for a history whose batch was
+// removed, and for an ignored_batch that is not one of this engine.
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status run_queries(Engine& engine, QueryJob& job) noexcept;
 
@@ -247,7 +247,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200 bytes more per
 // character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: kBusy, kBadOutput (out is null), kUnknownBatch, kBadBatchKind (a sequence, static bodies, a level of
-// nodes), kSkinNotTaken, kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
+// nodes), kBadTicks, kTooManyInstances (4096 histories), kOutOfMemory.
 // Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noexcept;
 

@@ -708,7 +708,7 @@ typedef struct cab_ArticulationDesc {
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
   // queries by boxes, frames with CAB_EXACT_SURFACE but without contacts, and cab_compute_boxes. Calls that need more
-  // of it answer CAB_STATUS_SKIN_NOT_TAKEN: other exact tests, histories, sweeps and levels.
+  // of it answer CAB_STATUS_SKIN_NOT_TAKEN: other exact tests, sweeps, levels, and queries about the past but for rays.
   cab_SkinDesc skin;
 } cab_ArticulationDesc;
 
@@ -1515,8 +1515,8 @@ typedef struct cab_QueryJob {
 
   // Whether shapes decide, or boxes alone: CAB_EXACT_NONE, CAB_EXACT_CONVEX or CAB_EXACT_SURFACE. With
   // CAB_EXACT_SURFACE rays meet the triangles of a skin, and shapes as with CAB_EXACT_CONVEX; if an input has a skin,
-  // only rays and regions are answered. A region always asks for boxes. Default: boxes, those that cab_compute_boxes
-  // gives.
+  // only rays and regions are answered, and about the past of one only rays. A region always asks for boxes. Default:
+  // boxes, those that cab_compute_boxes gives.
   cab_Exact exact;
 
   // States that inputs are those of the last frame that answered CAB_STATUS_OK: same batches, counts, instances, poses,
@@ -1550,7 +1550,7 @@ typedef struct cab_QueryJob {
   size_t hits_needed;
 
   // Output: after CAB_STATUS_BAD_QUERY, after CAB_STATUS_UNKNOWN_BATCH for its ignored_batch, and after
-  // CAB_STATUS_SKIN_NOT_TAKEN with CAB_EXACT_SURFACE: the index of the query at fault.
+  // CAB_STATUS_SKIN_NOT_TAKEN for a query of a kind that is not answered: the index of the query at fault.
   size_t bad_query;
 
   // Output: counts and times of this call.
@@ -1829,12 +1829,12 @@ CAB_API cab_Status cab_find_candidates(cab_Engine* engine, const cab_FrameJob* j
 // only the index, once a frame; then some 0.1 to 10 microseconds per query. Allocates nothing; `cab_reserve` makes
 // room. Statuses: CAB_STATUS_BUSY, CAB_STATUS_NO_QUERY_MEMORY, the input statuses, CAB_STATUS_BAD_BATCH_KIND (a
 // sequence), CAB_STATUS_BAD_QUERY, CAB_STATUS_EXACT_NOT_BUILT (exact is CAB_EXACT_FCL), CAB_STATUS_LOD_WITHOUT_SHAPES,
-// CAB_STATUS_SKIN_NOT_TAKEN (with CAB_EXACT_CONVEX; with CAB_EXACT_SURFACE a query that is neither a ray nor a region),
-// CAB_STATUS_UNKNOWN_HISTORY, CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found
-// or counts is neither empty nor as long as queries, or surface_points neither empty nor as long as hits),
-// CAB_STATUS_HITS_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH
-// for a history whose batch was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside
-// other reads.
+// CAB_STATUS_SKIN_NOT_TAKEN (with CAB_EXACT_CONVEX; with CAB_EXACT_SURFACE a query that is neither a ray nor a region;
+// of the past of a skin all but rays with CAB_EXACT_SURFACE), CAB_STATUS_UNKNOWN_HISTORY,
+// CAB_STATUS_HISTORY_GIVEN_TWICE, CAB_STATUS_BAD_HIT_BUFFER, CAB_STATUS_BAD_OUTPUT (found or counts is neither empty
+// nor as long as queries, or surface_points neither empty nor as long as hits), CAB_STATUS_HITS_OVERFLOW,
+// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks); and CAB_STATUS_UNKNOWN_BATCH for a history whose batch
+// was removed, and for an ignored_batch that is not one of this engine. Thread: any, beside other reads.
 CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 
 // Adds a history: room for the poses that a batch of characters has at its last desc.ticks moments. Writes its id to
@@ -1843,8 +1843,8 @@ CAB_API cab_Status cab_run_queries(cab_Engine* engine, cab_QueryJob* job);
 // cab_remove_history. Cost: 28 bytes per link, character and moment, and about 140 bytes per character and moment; 200
 // bytes more per character. Each worker takes 0.1 to 1.5 MB for the history with the largest articulation.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_BATCH, CAB_STATUS_BAD_BATCH_KIND
-// (a sequence, static bodies, a level of nodes), CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_TICKS,
-// CAB_STATUS_TOO_MANY_INSTANCES (4096 histories), CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
+// (a sequence, static bodies, a level of nodes), CAB_STATUS_BAD_TICKS, CAB_STATUS_TOO_MANY_INSTANCES (4096 histories),
+// CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
 CAB_API cab_Status cab_add_history(cab_Engine* engine, const cab_HistoryDesc* desc, cab_HistoryId* out);
 
 // Removes a history, and gives back its memory. The id becomes invalid.

@@ -203,8 +203,8 @@ struct QueryJob {
   Span<const QueryPlane> planes;
 
   // Whether shapes decide, or boxes alone: kNone, kConvex or kSurface. With kSurface rays meet the triangles of a skin,
-  // and shapes as with kConvex; if an input has a skin, only rays and regions are answered. A region always asks for
-  // boxes. Default: boxes, those that compute_boxes gives.
+  // and shapes as with kConvex; if an input has a skin, only rays and regions are answered, and about the past of one
+  // only rays. A region always asks for boxes. Default: boxes, those that compute_boxes gives.
   Exact exact = Exact::kNone;
 
   // States that inputs are those of the last frame that answered kOk: same batches, counts, instances, poses, origins,
@@ -236,8 +236,8 @@ struct QueryJob {
   // Output: how many hits there are, whether there is room for them or not.
   std::size_t hits_needed = 0;
 
-  // Output: after kBadQuery, after kUnknownBatch for its ignored_batch, and after kSkinNotTaken with kSurface: the
-  // index of the query at fault.
+  // Output: after kBadQuery, after kUnknownBatch for its ignored_batch, and after kSkinNotTaken for a query of a kind
+  // that is not answered: the index of the query at fault.
   std::size_t bad_query = 0;
 
   // Output: counts and times of this call.

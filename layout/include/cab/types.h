@@ -354,7 +354,7 @@ struct ArticulationDesc {
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
   // queries by boxes, frames with Exact::kSurface but without contacts, and compute_boxes. Calls that need more of it
-  // answer Status::kSkinNotTaken: other exact tests, histories, sweeps and levels.
+  // answer Status::kSkinNotTaken: other exact tests, sweeps, levels, and queries about the past but for rays.
   SkinDesc skin = {};
 };
 
