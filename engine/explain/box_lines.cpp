@@ -1,4 +1,7 @@
-// The edges of boxes for a debug draw.
+// The edges of boxes and shapes, and contacts, for a debug draw.
+#include "engine/exact/convex_queues.h"
+#include "engine/exact/surface.h"
+#include "engine/explain/shape_edges.h"
 #include "engine/session/validate.h"
 #include "engine/session/worker.h"
 #include "engine/step/box_of.h"
@@ -57,29 +60,79 @@ NodeBits hit_nodes(const Articulation& articulation, const std::uint64_t* from, 
   return out;
 }
 
-// Writes the twelve edges of a box. at: the instance's origin, relative to that of the lines. line: what all have.
-void write_edges(const Box& box, const double (&at)[3], BoxLine line, BoxLine* out) {
-  const auto corner = [&](int signs, float(&to)[3]) {
-    for (int c = 0; c < 3; ++c) {
-      double value = at[c] + double{box.center[c]};
-      for (int k = 0; k < 3; ++k) value += (signs >> k & 1 ? 1.0 : -1.0) * double{box.axis[k][c]} * double{box.half[k]};
-      constexpr double kLargest = std::numeric_limits<float>::max();
-      to[c] = static_cast<float>(std::clamp(value, -kLargest, kLargest));
+// Lines of one instance, written as far as there is room, and counted.
+class LineWriter {
+ public:
+  explicit LineWriter(Span<BoxLine> lines) : lines_(lines) {}
+
+  std::size_t needed() const { return needed_; }
+
+  // at: the instance's origin, relative to that of the lines.
+  void set_origin(const double (&at)[3]) { at_ = {at[0], at[1], at[2]}; }
+
+  // from, to: relative to the instance's origin. line: what lines of one box have in common.
+  void add(const Double3& from, const Double3& to, BoxLine line) {
+    if (needed_++ >= lines_.size) return;
+    write(at_ + from, line.from);
+    write(at_ + to, line.to);
+    lines_[needed_ - 1] = line;
+  }
+
+  // The twelve edges.
+  void add_box(const Box& box, const BoxLine& line) {
+    const auto corner = [&box](int signs) {
+      Double3 out = double3(box.center);
+      for (int k = 0; k < 3; ++k)
+        out = out + ((signs >> k & 1 ? 1.0 : -1.0) * double{box.half[k]}) * double3(box.axis[k]);
+      return out;
+    };
+    for (int k = 0; k < 3; ++k)
+      for (int signs = 0; signs < 8; ++signs)
+        if (!(signs >> k & 1)) add(corner(signs), corner(signs | 1 << k), line);
+  }
+
+ private:
+  static void write(const Double3& from, float (&to)[3]) {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    const double values[3] = {from.x, from.y, from.z};
+    for (int c = 0; c < 3; ++c) to[c] = static_cast<float>(std::clamp(values[c], -kLargest, kLargest));
+  }
+
+  Span<BoxLine> lines_;
+  Double3 at_ = {};
+  std::size_t needed_ = 0;
+};
+
+// The lines of the shapes of a leaf in its link's frame. Empty if its box is to be drawn.
+void find_edges(const ExactLeaf& leaf, const LeafShapes& shapes, std::vector<Segment>& out) {
+  out.clear();
+  if (has_triangles(leaf)) return;
+  for (const ConvexShape& shape : shapes.shapes)
+    if (!append_edges(shape, out)) {
+      out.clear();
+      return;
     }
-  };
-  for (int k = 0; k < 3; ++k)
-    for (int signs = 0; signs < 8; ++signs) {
-      if (signs >> k & 1) continue;
-      corner(signs, line.from);
-      corner(signs | 1 << k, line.to);
-      *out++ = line;
-    }
+}
+
+// From the contact's point of a to that of b, of hits whose instance a is one of the batch.
+void add_contacts(const BoxLinesJob& job, const InstanceBatch& batch, BatchSlot slot, LineWriter& writer) {
+  for (std::size_t i = 0; i < job.contacts.size; ++i) {
+    const Hit& hit = job.hits[i];
+    if (hit.batch_a.value != slot.value || hit.instance_a >= batch.instance_count) continue;
+    double at[3];
+    for (std::uint32_t c = 0; c < 3; ++c) at[c] = origin_of(batch, hit.instance_a, c) - job.origin[c];
+    writer.set_origin(at);
+    const Contact& contact = job.contacts[i];
+    writer.add(double3(contact.point_a), double3(contact.point_b),
+               {{}, {}, hit.instance_a, contact.leaf_a, hit.link_a, true});
+  }
 }
 
 Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
   const auto is_finite = [](double value) { return std::isfinite(value); };
   if (!std::all_of(job.origin, job.origin + 3, is_finite)) return Status::kBadOrigins;
   if (job.hits.size && !job.hits.data) return Status::kBadPairs;
+  if (job.contacts.size && (!job.contacts.data || job.contacts.size != job.hits.size)) return Status::kBadPairs;
   if (job.lines.size && !job.lines.data) return Status::kBadOutput;
   InstanceBatch& batch = call.batch(input.batch);
   batch.margins = {};
@@ -89,7 +142,8 @@ Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
   const FrameContext frame = call.context(job.policies, 0);
   Worker& worker = (*call.reader().pool)[0];
   PoseScratch& posing = worker.pose;
-  std::size_t needed = 0;
+  LineWriter writer(job.lines);
+  std::vector<Segment> edges;
   for (std::uint32_t tile = 0; tile < tile_count(active_count(batch)); ++tile) {
     const TileInstances instances = instances_of(batch, tile);
     const std::uint32_t live = update_and_flag_tile(
@@ -103,17 +157,30 @@ Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
           hit_nodes(articulation, hits.data() + (from - hits.begin()), hits.data() + (to - hits.begin()));
       double at[3];
       for (std::uint32_t c = 0; c < 3; ++c) at[c] = origin_of(batch, instance, c) - job.origin[c];
+      writer.set_origin(at);
       for (std::uint32_t node = 0; node < articulation.node_count; ++node) {
         if (!shown[node]) continue;
-        needed += 12;
-        if (needed > job.lines.size) continue;
-        const Box box = box_of(posing, job.policies.refit, node, lane);
-        const std::uint16_t link = node < articulation.leaf_count ? articulation.leaf_link[node] : kNoLink;
-        write_edges(box, at, {{}, {}, instance, static_cast<std::uint16_t>(node), link, hit[node]},
-                    job.lines.data + needed - 12);
+        const bool is_leaf = node < articulation.leaf_count;
+        const BoxLine line = {
+            {},       {}, instance, static_cast<std::uint16_t>(node), is_leaf ? articulation.leaf_link[node] : kNoLink,
+            hit[node]};
+        edges.clear();
+        if (is_leaf && job.shapes) {
+          const ExactLeaf leaf = exact_leaf(frame, slot_of(input.batch).value - 1, instance, node);
+          const LeafShapes shapes = shapes_of(leaf);
+          find_edges(leaf, shapes, edges);
+          const kernel::RigidLanes<double> pose = pose_in_double(shapes.at);
+          const auto placed = [&pose](const Double3& point) {
+            return pose.translation + kernel::rotate(pose.column, pose.scale * point);
+          };
+          for (const Segment& edge : edges) writer.add(placed(edge.from), placed(edge.to), line);
+        }
+        if (edges.empty()) writer.add_box(box_of(posing, job.policies.refit, node, lane), line);
       }
     }
   }
+  add_contacts(job, batch, slot_of(input.batch), writer);
+  const std::size_t needed = writer.needed();
   job.lines_needed = needed;
   job.line_count = needed > job.lines.size ? 0 : needed;
   return needed > job.lines.size ? Status::kLinesOverflow : Status::kOk;

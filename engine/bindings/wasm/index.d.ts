@@ -500,15 +500,19 @@ export declare class TouchingTriangles implements List<TouchingPair, undefined> 
 export interface BoxLinesOptions {
   /** How many merges below the root, which is 0; or the leaves. Default: `'leaves'`. */
   level?: number | 'leaves';
+  /** Whether leaves are drawn as their exact shapes. Half spaces and leaves with triangles stay boxes. */
+  shapes?: boolean;
   /** Boxes of links in these hits are marked. Default: none. */
   hits?: Pairs;
+  /** The contact of each of the hits: a line joins its points, if instance a is of the batch. Default: none. */
+  contacts?: readonly Contact[];
   /** Where lines are relative to, such as the camera. Default: 0. */
   origin?: Vec3 | Numbers;
   /** How boxes are made. */
   policies?: Policies | Preset;
 }
 
-/** Edges of boxes, twelve each, by instance and node. The arrays are copies, which last. */
+/** Edges of boxes, twelve each, or of shapes, by instance and node, then contacts. The arrays are copies, which last. */
 export interface BoxLines {
   readonly count: number;
   /** Six numbers per line, both ends: the positions of `LineSegments` in three.js. */
@@ -712,7 +716,7 @@ export declare class World {
   findTouchingMoments(job: {last: readonly Moment[]; pairs: Pairs; resolution: number}): Float32Array;
   /** What is wrong with a job in words, or what may not be meant: a remark per line; else `nothing is wrong`. */
   explainJob(job: FrameJob): string;
-  /** The edges of boxes, for a debug draw. */
+  /** The edges of boxes or shapes, and contacts, for a debug draw. */
   boxLines(batch: Batch, options?: BoxLinesOptions): BoxLines;
   /** The numbers of a batch's instances so that neighbours in the list are near each other in the world. */
   spatialOrder(batch: Batch): Uint32Array;

@@ -991,14 +991,16 @@ export class World {
     });
   }
 
-  boxLines(batch, {policies = {}, level = 'leaves', hits = [], origin, ...rest} = {}) {
+  boxLines(batch, {policies = {}, level = 'leaves', shapes, hits = [], contacts, origin, ...rest} = {}) {
     const structs_ = this.#structs, engine = this.#alive(), input = inputOf(batch);
     for (const key of Object.keys(rest)) throw new TypeError(`cab: boxLines takes no '${key}'`);
     return structs_.borrowed(() => {
       const {data, size: hitCount} = this.#pairs('hits', hits);
       const job = structs_.make('BoxLinesJob', {
         level: level === 'leaves' ? LEAF_LEVEL : level,
+        shapes,
         hits: new Place(data, hitCount),
+        contacts,
         origin,
       });
       this.#setPolicies(job + structs.BoxLinesJob.members.policies.at, policies);

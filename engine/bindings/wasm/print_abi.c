@@ -419,7 +419,9 @@ int main(void) {
   STRUCT(BoxLinesJob, "true");
   MEMBER(BoxLinesJob, policies, "policies", "Policies", 0);
   MEMBER(BoxLinesJob, level, "level", "u32", 0);
+  MEMBER(BoxLinesJob, shapes, "shapes", "bool", 0);
   MEMBER(BoxLinesJob, hits, "hits", "[Hit]", 0);
+  MEMBER(BoxLinesJob, contacts, "contacts", "[Contact]", 0);
   MEMBER(BoxLinesJob, origin, "origin", "f64", 3);
   MEMBER(BoxLinesJob, lines, "lines", "[BoxLine]", 0);
   MEMBER(BoxLinesJob, line_count, "lineCount", "size", 0);

@@ -223,6 +223,10 @@ typedef struct cab_ConstHitSpan {
   const cab_Hit* data;  // the first value
   size_t size;          // how many values
 } cab_ConstHitSpan;
+typedef struct cab_ConstContactSpan {
+  const cab_Contact* data;  // the first value
+  size_t size;              // how many values
+} cab_ConstContactSpan;
 typedef struct cab_BoxLineSpan {
   cab_BoxLine* data;  // the first value
   size_t size;        // how many values
@@ -1563,12 +1567,12 @@ typedef struct cab_QueryJob {
 // The value of cab_BoxLine.link for a box that is not on one link alone.
 #define CAB_NO_LINK 0xffffu
 
-// One of the twelve edges of a box.
+// An edge of a box or of a shape, or a contact.
 typedef struct cab_BoxLine {
   float from[3];      // x y z of one end, relative to cab_BoxLinesJob.origin, in the world's axes
   float to[3];        // x y z of the other end, likewise
   uint32_t instance;  // index of the instance that the box is of
-  uint16_t node;      // index of the box in the hierarchy, as in cab_compute_boxes
+  uint16_t node;      // index of the box in the hierarchy, as in cab_compute_boxes; a leaf's for its shapes
   uint16_t link;      // index of the link that a leaf is on, or CAB_NO_LINK for an inner box
   bool is_hit;        // whether a link that the box stands for is in one of cab_BoxLinesJob.hits
 } cab_BoxLine;
@@ -1583,15 +1587,23 @@ typedef struct cab_BoxLinesJob {
   // merges below it. 0 is the root. CAB_LEAF_LEVEL (default): the leaves.
   uint32_t level;
 
+  // Whether leaves are drawn as their exact shapes: edges of boxes and hulls, circles of sixteen lines of what is
+  // round. Half spaces, hulls of more than 256 vertices and leaves with triangles stay boxes. Default: all are boxes.
+  bool shapes;
+
   // Hits of a frame with the same input, in any order. Empty (default): no box is hit.
   cab_ConstHitSpan hits;
+
+  // The contacts of these hits, one each. For a hit whose instance a is one of `input` a line goes from point_a to
+  // point_b, with its link and leaf of a. Empty (default): no contact is drawn.
+  cab_ConstContactSpan contacts;
 
   // x y z in the world that lines are relative to, such as a camera's position. Must be finite. Default: 0.
   double origin[3];
 
-  // Output: room for the lines, twelve per box. The boxes are in the order of instances, then of nodes. Of each box
-  // four lines go along each of its axes, first the axis 0. Masked instances have no lines. Empty (default): room for
-  // no line.
+  // Output: room for the lines, twelve per box. The boxes are in the order of instances, then of nodes; contacts come
+  // last. Of each box four lines go along each of its axes, first the axis 0. Masked instances have no lines. Empty
+  // (default): room for no line.
   cab_BoxLineSpan lines;
 
   // Output: how many lines were written.
@@ -1974,14 +1986,16 @@ CAB_API size_t cab_explain_mask(const cab_MaskReason* reason, cab_CharSpan text)
 // Thread: any.
 CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);
 
-// Writes the edges of boxes for a debug draw: of the leaves, or of one level of the hierarchies, with the boxes that
-// stand for links in hits marked. `job` says what is drawn, and receives the lines. The boxes are those of
-// cab_compute_boxes. Layers, strategy, exact test and in_contact have no effect here, but must be valid.
-// Cost: poses and refits all instances on the calling thread; 16 bytes per hit from operator new while it runs.
+// Writes lines for a debug draw: the edges of boxes, of the leaves or of one level of the hierarchies, with the boxes
+// that stand for links in hits marked; on request the exact shapes of leaves instead, and contacts. `job` says what is
+// drawn, and receives the lines. The boxes are those of cab_compute_boxes. Layers, strategy, exact test and in_contact
+// have no effect here, but must be valid.
+// Cost: poses and refits all instances on the calling thread; from operator new, while it runs, 16 bytes per hit, and
+// 48 per line of the shapes of a leaf.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses
-// (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits has a size and no data),
-// CAB_STATUS_BAD_OUTPUT (lines has a size and no data), CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread:
-// any, beside other reads.
+// (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits has a size and no data, or
+// contacts are neither none nor one per hit), CAB_STATUS_BAD_OUTPUT (lines has a size and no data),
+// CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
 CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job);
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their

@@ -360,7 +360,9 @@ void print_layout(void) {
   TYPE(cab_BoxLinesJob);
   MEMBER(cab_BoxLinesJob, policies);
   MEMBER(cab_BoxLinesJob, level);
+  MEMBER(cab_BoxLinesJob, shapes);
   MEMBER(cab_BoxLinesJob, hits);
+  MEMBER(cab_BoxLinesJob, contacts);
   MEMBER(cab_BoxLinesJob, origin);
   MEMBER(cab_BoxLinesJob, lines);
   MEMBER(cab_BoxLinesJob, line_count);

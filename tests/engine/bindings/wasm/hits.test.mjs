@@ -134,6 +134,24 @@ test('lines of boxes are their edges, and those of hits are marked', () => {
   world.destroy();
 });
 
+test('lines of shapes are on their surface, and those of contacts join their points', () => {
+  const {world, batch} = balls(0, TOUCHING);
+  const hits = world.runFrame({rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true});
+  const contacts = hits.toArray().map(({contact}) => contact);
+  const lines = world.boxLines(batch, {shapes: true, hits, contacts});
+  const CIRCLE = 16;
+  assert.equal(lines.count, 2 * 3 * CIRCLE + 1);
+  for (let i = 0; i < lines.count - 1; ++i) {
+    for (const end of [6 * i, 6 * i + 3]) {
+      const [x, y, z] = lines.positions.subarray(end, end + 3);
+      assert.ok(Math.abs(Math.hypot(x - lines.instances[i] * TOUCHING, y, z) - 1) < 1e-5);
+    }
+  }
+  assert.deepEqual([...lines.positions.subarray(-6)], [...contacts[0].pointA, ...contacts[0].pointB]);
+  assert.throws(() => world.boxLines(batch, {contacts}), {status: 'bad_pairs'});
+  world.destroy();
+});
+
 test('neighbours in the world are neighbours in the spatial order', () => {
   const numbers = new Numbers(5);
   const places = Array.from({length: 64}, () => 1000 * numbers.next());
