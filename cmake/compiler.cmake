@@ -56,7 +56,7 @@ target_compile_options(cab_flags INTERFACE -Wall -Wextra -Wshadow -Wconversion -
   $<$<BOOL:${CAB_WARNINGS_AS_ERRORS}>:-Werror>)
 if(CAB_SANITIZE)
   target_compile_options(cab_flags INTERFACE
-    -fsanitize=${CAB_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+    -fsanitize=${CAB_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   target_link_options(cab_flags INTERFACE -fsanitize=${CAB_SANITIZE})
 endif()
 if(CAB_FUZZ)
