@@ -24,19 +24,23 @@ for (const name of ['work', 'browser', 'pages', 'out']) {
 }
 
 // What each picture shows: the frame, keys that are pressed, and how the camera goes. `wheel` is in pixels, below 0
-// nearer; `drag` in pixels. pair: the first pair of the list is selected. contact: the next frame with a contact.
-// whole: the page with its panels.
+// nearer; `drag` in pixels. pair: the first pair of the list is selected, and flown to. contact: the next frame with a
+// contact. whole: the page with its panels. report: the page of a report.
 const PICTURES = [
-  {name: 'viewer', of: 'people', frame: 1664, keys: ['z', '5'], pair: true, wheel: 1300, whole: true},
-  {name: 'people', of: 'people', frame: 1664, keys: ['z', 'b', 'Escape'], pair: true, wheel: 1300},
+  {name: 'viewer', of: 'people', frame: 1664, keys: [], pair: true, wheel: 300, whole: true},
+  {name: 'viewer_dark', of: 'people', frame: 1664, keys: [], pair: true, whole: true, dark: true, width: 400, height: 860},
+  {name: 'people', of: 'people', frame: 1664, keys: ['b', 'Escape'], pair: true, wheel: 700},
   {name: 'dancers', of: 'dancers', frame: 605, keys: ['5'], wheel: -400},
-  {name: 'rope', of: 'rope', frame: 10, keys: ['z', '8', 'Escape'], pair: true, wheel: 1100},
+  {name: 'skin', of: 'skin', frame: 22, keys: [], wheel: -300},
+  {name: 'report', of: 'report', report: true, whole: true, height: 620},
+  {name: 'report_dark', of: 'report', report: true, whole: true, dark: true, width: 400, height: 860},
+  {name: 'rope', of: 'rope', frame: 10, keys: ['8', 'Escape'], pair: true, wheel: 200},
   {name: 'crowd', of: 'crowd', frame: 10, keys: [], wheel: -900, drag: [60, 20]},
   {name: 'dented', of: 'dented', frame: 520, keys: ['b', 'p'], wheel: -600},
   {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -300},
 ];
 const FILM = {
-  of: 'people', first: 1560, last: 1760, step: 8, keys: ['z', 'Escape'], pair: true, wheel: 1400, scale: .6,
+  of: 'people', first: 1560, last: 1760, step: 8, keys: ['Escape'], pair: true, wheel: 900, scale: .6,
 };
 
 const out = resolve(options.out);
@@ -49,10 +53,12 @@ function addressOf(name) {
   return existsSync(file) ? pathToFileURL(file).href : null;
 }
 
-async function open(browser, address, frame, {width = 1240, height = 800, scale = 1} = {}) {
+async function open(browser, address, frame, {width = 1240, height = 800, scale = 1, dark, report} = {}) {
   const page = await browser.newPage();
   await page.setViewport({width, height, deviceScaleFactor: scale});
-  await page.goto(`${address}#recording=0&frame=${frame}`);
+  if (dark) await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
+  await page.goto(report ? address : `${address}#recording=0&frame=${frame}`);
+  if (report) await page.waitForSelector('.report-worst img', {visible: true});
   await page.evaluate(async () => {
     await window.cabPage.ready;
     await window.cabPage.engineReady;
@@ -64,7 +70,11 @@ async function aim(page, {wheel = 0, drag, keys = [], pair = false, contact = fa
   const stage = await page.$('canvas');
   const box = await stage.boundingBox();
   const x = box.x + box.width / 2, y = box.y + box.height / 2;
-  if (pair) await page.click('.pair-name');
+  if (pair) {
+    await page.click('.pair-name');
+    await settled(page);
+    await settled(page);
+  }
   if (contact) await page.evaluate(() => window.cabPage.jump(true));
   for (const key of keys) await page.keyboard.press(key);
   await page.mouse.move(x, y);
@@ -96,8 +106,8 @@ try {
       console.log(`${picture.name}: left out, there is no ${picture.of}.html`);
       continue;
     }
-    const page = await open(browser, address, picture.frame);
-    const stage = await aim(page, picture);
+    const page = await open(browser, address, picture.frame, picture);
+    const stage = picture.report ? page : await aim(page, picture);
     await (picture.whole ? page : stage).screenshot({path: join(out, `${picture.name}.png`)});
     await page.close();
   }

@@ -42,7 +42,7 @@ const fixture = readFileSync(fixtureFile);
 // `cab run ... --offset 0,0,0 --offset 0.2,-0.1,0.3 --body surface --record skin.cab`.
 const skinFile = join(here, 'fixtures/skin.cab');
 
-const WIDTHS = {800: 1000, 1280: 800, 1920: 1080};
+const WIDTHS = {400: 800, 800: 1000, 1280: 800, 1920: 1080};
 // Pictures are compared after they are made so small. Renderers draw edges and lines differently.
 const SMALL = {width: 48, height: 30};
 // Of the scene's background, as src/scene/colors.ts has it.
@@ -297,15 +297,15 @@ describe('playing', () => {
 
   test('a click selects a character', async () => {
     await page.tab.evaluate('cabPage.goTo(0)');
+    await page.tab.keyboard.press('Escape');
+    await page.tab.keyboard.press('z');
     await page.tab.evaluate('cabPage.select(0, 0)');
     await page.tab.waitForSelector('.scene-label.selected');
     const name = await text(page, '.scene-label.selected');
-    // The label is above and beside the place where the character is.
+    // The label is above and to the right of the place where the character is, by eight pixels.
     const place = await page.tab.evaluate(() => {
-      const [, x, y] = /translate\(([-\d.]+)px, ([-\d.]+)px\)/.exec(
-        document.querySelector('.scene-label.selected').style.transform);
-      const {left, top} = document.querySelector('.surface').getBoundingClientRect();
-      return {x: left + Number(x), y: top + Number(y)};
+      const {left, bottom} = document.querySelector('.scene-label.selected').getBoundingClientRect();
+      return {x: left - 8, y: bottom + 8};
     });
     await page.tab.keyboard.press('Escape');
     assert.equal(await page.tab.$$eval('.scene-label.selected', (labels) => labels.length), 0);
@@ -313,6 +313,143 @@ describe('playing', () => {
     await page.tab.waitForSelector('.scene-label.selected');
     assert.notEqual(name, '');
     await page.tab.keyboard.press('Escape');
+  });
+});
+
+describe('a selected pair', () => {
+  let page;
+  before(async () => (page = await open(embed('pair', {'avx512.cab': fixture}))));
+  after(() => page.close());
+
+  const still = async () => {
+    for (let last = '';;) {
+      const now = JSON.stringify(await page.read('camera'));
+      if (now === last) return JSON.parse(now);
+      last = now;
+      await new Promise((done) => setTimeout(done, 120));
+    }
+  };
+
+  test('is flown to, and away from again', async () => {
+    const before = await still();
+    await page.tab.click('.pairs button');
+    const near = await still();
+    assert(near.distance < before.distance / 2, `${near.distance} of ${before.distance}`);
+    const moved = Math.hypot(...near.target.map((x, k) => x - before.target[k]));
+    assert(moved > 0.01 * before.distance);
+    await page.tab.click('.pairs li:nth-child(2) button');
+    const other = await still();
+    assert.notDeepEqual(other.target, near.target);
+    await page.tab.keyboard.press('Escape');
+    await page.tab.keyboard.press('z');
+    const whole = await still();
+    assert(whole.distance > 2 * near.distance);
+  });
+
+  test('is named with its depth and its time, and so is the worst one where none is selected', async () => {
+    await page.tab.evaluate('cabPage.goTo(0)');
+    await page.tab.click('.pairs button');
+    assert.match(await text(page, '.contact-panel'), /^Selected, /);
+    const name = await page.tab.$eval('.pairs .selected .pair-name', (element) => element.textContent);
+    assert.equal(await text(page, '.contact-name'), name);
+    assert.match(await text(page, '.contact-depth'), /^[\d.]+ (mm|m) deep$/);
+    assert.match(await text(page, '.contact-panel'), /for one frame|for [\d.]+ s, \d+ frames/);
+    await page.tab.keyboard.press('Escape');
+    assert.match(await text(page, '.contact-panel'), /^Worst, /);
+  });
+
+  test('is in the address, which opens the same picture elsewhere', async () => {
+    await page.tab.click('.pairs button');
+    const frame = await page.read('frame');
+    const hash = await page.tab.evaluate('location.hash');
+    assert.match(hash, new RegExp(`^#recording=0&frame=${frame}&pair=[\\d.]+-[\\d.]+$`));
+    const entries = await page.tab.evaluate('history.length');
+    await page.tab.keyboard.press('ArrowLeft');
+    assert.match(await page.tab.evaluate('location.hash'), new RegExp(`frame=${frame - 1}&pair=`));
+    assert.equal(await page.tab.evaluate('history.length'), entries);
+    const other = await open(embed('pair_again', {'avx512.cab': fixture}), {fragment: hash});
+    assert.equal(await other.read('frame'), frame);
+    await other.tab.waitForSelector('.pairs .selected');
+    assert.equal(await other.tab.evaluate('location.hash'), hash);
+    await other.close();
+    await page.tab.keyboard.press('Escape');
+    await page.tab.evaluate('cabPage.goTo(1)');
+    assert.equal(await page.tab.evaluate('location.hash'), '#recording=0&frame=1');
+  });
+
+  test('is seen through what is around it: all else lets the background through', async () => {
+    const brightness = async () => {
+      const {bytes} = await smallPicture(page, '.surface');
+      return bytes.reduce((sum, value, i) => sum + Math.abs(value - BACKGROUND[i % 4]), 0);
+    };
+    await page.tab.click('.pairs button');
+    await still();
+    const through = await brightness();
+    await page.tab.keyboard.press('Escape');
+    const solid = await brightness();
+    assert(through < 0.8 * solid, `${through}, and ${solid} where nothing is selected`);
+  });
+
+  test('pictures, films and markers are files', async () => {
+    await page.tab.evaluate(() => {
+      window.saved = [];
+      const create = URL.createObjectURL;
+      URL.createObjectURL = (blob) => {
+        window.saved.push(blob);
+        return create.call(URL, blob);
+      };
+      // The files are not written here.
+      HTMLAnchorElement.prototype.click = function() { window.savedAs = this.download; };
+    });
+    const press = async (words) => {
+      for (const button of await page.tab.$$('button')) {
+        if (await button.evaluate((element) => element.textContent) === words) return button.click();
+      }
+      throw new Error(`there is no button ${words}`);
+    };
+    await press('Picture');
+    await page.until('saved.length === 1');
+    const picture = await page.tab.evaluate(async () => {
+      const {width, height} = await createImageBitmap(window.saved[0]);
+      return {width, height, type: window.saved[0].type, name: window.savedAs};
+    });
+    const {width, height} = await (await page.tab.$('.surface')).boundingBox();
+    assert.deepEqual([picture.width, picture.height, picture.type], [Math.round(width), Math.round(height), 'image/png']);
+    assert.match(picture.name, /_\d+\.png$/);
+    await press('Markers');
+    const markers = await page.tab.evaluate(() => window.saved[1].text());
+    const pairs = await page.tab.$$eval('.pairs li', (rows) => rows.length);
+    assert(markers.trimEnd().split('\n').length > Math.min(pairs, 10));
+    assert.match(markers, /^file,character_a,/);
+    await page.tab.evaluate('cabPage.goTo(0)');
+    await press('Film');
+    await page.until('cabPage.playing && cabPage.frame > 2');
+    await press('End film');
+    await page.until('saved.length === 3');
+    const film = await page.tab.evaluate(() => window.saved[2].arrayBuffer().then((bytes) =>
+      [...new Uint8Array(bytes.slice(0, 4))]));
+    assert.deepEqual(film, [0x1a, 0x45, 0xdf, 0xa3]);
+    assert.equal(await page.read('playing'), false);
+  });
+});
+
+describe('the theme', () => {
+  test('is that of the system, also while the page is open', async () => {
+    const page = await open(embed('theme', {'avx512.cab': fixture}));
+    const colors = () => page.tab.evaluate(() => ['.side', '.top', '.bottom'].map((selector) => {
+      const sum = (text) => text.match(/\d+/g).slice(0, 3).reduce((all, part) => all + Number(part), 0);
+      const {backgroundColor, color} = getComputedStyle(document.querySelector(selector));
+      return sum(color) - sum(backgroundColor);
+    }));
+    const strip = () => page.tab.$eval('.timeline canvas', (canvas) =>
+      canvas.getContext('2d').getImageData(3, 3, 1, 1).data[0]);
+    assert((await colors()).every((difference) => difference < -400));
+    const light = await strip();
+    await page.tab.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
+    assert((await colors()).every((difference) => difference > 400));
+    const dark = await strip();
+    assert(light > 200 && dark < 80, `${light}, ${dark}`);
+    await page.close();
   });
 });
 
@@ -507,6 +644,18 @@ describe('pictures', () => {
         assert.deepEqual(wide.panels, []);
         await page.tab.screenshot({path: join(pictures, `${name}_${width}.png`)});
         if (width === 1280) await compare(page, name, t);
+        await page.tab.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
+        await page.tab.screenshot({path: join(pictures, `${name}_${width}_dark.png`)});
+        await page.tab.click('.pairs button');
+        await new Promise((done) => setTimeout(done, 700));
+        const labels = await page.tab.$$eval('.scene-label', (all) => all.map((label) => {
+          const {left, right, top, bottom} = label.getBoundingClientRect();
+          return [left, right, top, bottom];
+        }).filter(([left, right]) => right > left));
+        assert(labels.length >= 2, 'both links of a pair have a label');
+        labels.forEach((a, i) => labels.slice(0, i).forEach((b) =>
+          assert(a[0] >= b[1] || b[0] >= a[1] || a[2] >= b[3] || b[2] >= a[3], `labels overlap: ${a} and ${b}`)));
+        await page.tab.screenshot({path: join(pictures, `${name}_${width}_pair.png`)});
         await page.close();
       }
     });

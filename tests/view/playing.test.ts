@@ -5,16 +5,22 @@ import test from 'node:test';
 import type {Frame, Recording} from '../../perf/view/src/recording/types.js';
 import {Bounds} from '../../perf/view/src/scene/bounds.js';
 import {hierarchyOf} from '../../perf/view/src/scene/hierarchy.js';
+import {CHARACTERS, COLORS} from '../../perf/view/src/scene/colors.js';
+import {placeBoxes} from '../../perf/view/src/scene/label_places.js';
 import {upAxis} from '../../perf/view/src/scene/up_axis.js';
-import {ContactIndex, contactOfPair} from '../../perf/view/src/ui/contact_index.js';
+import {ContactIndex, contactOfPair, intervalAt} from '../../perf/view/src/ui/contact_index.js';
 import {changed, firstDifference, isAsRecorded, verdictOf} from '../../perf/view/src/ui/dial_state.js';
+import {markersOf} from '../../perf/view/src/ui/markers.js';
+import {Names} from '../../perf/view/src/ui/names.js';
 import {Player} from '../../perf/view/src/ui/player.js';
-import {ARM, ARMS, CRATE, CRATES, HEADER, inputOf, NO_STATS, SETTINGS} from './scene.js';
+import {ARM, ARMS, CRATE, CRATES, HEADER, inputOf, NO_STATS, Numbers, SETTINGS} from './scene.js';
 
 // Words of the hits of two pairs of links.
 const CRATE_ARM = [1, 0, 3, 1, 0x10000, 0];
 const ARM_ARM = [3, 0, 3, 2, 0x10001, 0];
 const contactOf = (depth: number): number[] => [0, 0, 1, depth, 0, 0, 0, 0, 0, 0, 0];
+
+const ORIGINS = new Float64Array([1, -2, 4, 0, 0, 0]);
 
 /** Frames of these hits, with depths if there are any. Null: a frame that cannot be read. */
 function recordingOf(hits: readonly (readonly (readonly number[])[] | null)[],
@@ -25,7 +31,7 @@ function recordingOf(hits: readonly (readonly (readonly number[])[] | null)[],
       const words = hits[index];
       if (!words) throw new Error('damaged');
       return {
-        index, time: index / 32, settings: SETTINGS, inputs: [inputOf(0), inputOf(1)], hash: 1n, stats: NO_STATS,
+        index, time: index / 32, settings: SETTINGS, inputs: [inputOf(0), inputOf(1, {origins: ORIGINS})], hash: 1n, stats: NO_STATS,
         hits: Uint32Array.from(words.flat()),
         contacts: depths[index] ? Float32Array.from(depths[index].flatMap(contactOf)) : null,
       };
@@ -48,6 +54,11 @@ test('pairs have intervals, and their deepest frame', async () => {
   assert(first && second);
   assert.deepEqual([first.batchA, first.batchB], [1, 0], 'slots are named by their batches');
   assert.deepEqual(first.intervals, [1, 2, 4, 4, 6, 6]);
+  assert.deepEqual(first.worst.map(({frame}) => frame), [2, 4, 6]);
+  assert.deepEqual([0, 1, 3, 6].map((frame) => intervalAt(first, frame)),
+                   [null, {first: 1, last: 2}, null, {first: 6, last: 6}]);
+  assert.equal(index.pairOf(first.batchA, first.hit, first.batchB), first);
+  assert.equal(index.pairOf(0, first.hit, first.batchB), undefined);
   assert.equal(first.frames, 4);
   assert.equal(first.worstFrame, 2);
   assert(Math.abs(first.worstDepth! - 0.3) < 1e-6);
@@ -149,4 +160,94 @@ test('hashes are put into words', () => {
   const [a, b] = [Uint32Array.from(CRATE_ARM), Uint32Array.from([...CRATE_ARM, ...ARM_ARM])];
   assert.equal(firstDifference(a, b), 1);
   assert.equal(firstDifference(a, a), -1);
+});
+
+test('markers have the columns of the report, one row per interval, in metres and in order', async () => {
+  const hits = [[], [CRATE_ARM], [CRATE_ARM, ARM_ARM], [], [CRATE_ARM]];
+  const recording = recordingOf(hits, [[], [0.25], [0.5, 0.125], [], [0.25]]);
+  const index = await indexOf(recording);
+  const [header, ...rows] = markersOf(recording, 'a,"b"', new Names(recording), index.pairs, index.times)
+      .trimEnd().split('\n');
+  assert.equal(header, 'file,character_a,link_a,character_b,link_b,first_frame,last_frame,frames,first_seconds,' +
+      'last_seconds,worst_depth,worst_triangles,worst_frame,worst_seconds,worst_x,worst_y,worst_z,problem');
+  assert.equal(rows.length, 3);
+  const file = '"a,""b"""';
+  assert(rows.every((row) => row.startsWith(`${file},`)));
+  // Half a metre per unit; the first crate stands at its origin.
+  const fields = rows.map((row) => row.slice(file.length + 1).split(','));
+  assert.deepEqual(fields.map((row) => row.slice(4, 7)), [['1', '2', '2'], ['2', '2', '1'], ['4', '4', '1']]);
+  assert.deepEqual(fields[0]!.slice(7, 13), ['0.03125', '0.0625', '0.25', '', '2', '0.0625']);
+  assert.deepEqual(fields[0]!.slice(13, 16), ['0.5', '-1', '2']);
+  const plain = recordingOf(hits);
+  const without = markersOf(plain, 'a', new Names(plain), (await indexOf(plain)).pairs, index.times);
+  assert.match(without.split('\n')[1]!, /,0\.03125,0\.0625,,,1,0\.03125,,,,$/);
+});
+
+test('frames without a length are states, unless their times rise', () => {
+  const player = new Player(3, 0, () => undefined);
+  assert.equal(player.hasTimes, false);
+  player.setTimes(new Float64Array([0, 0, 0]));
+  assert.equal(player.hasTimes, false);
+  player.setTimes(new Float64Array([0, 1, 2]));
+  assert.equal(player.hasTimes, true);
+  assert.equal(new Player(3, 0.5, () => undefined).hasTimes, true);
+});
+
+test('no label is over another one or beyond the picture, and one without room is left out', () => {
+  const numbers = new Numbers(21);
+  let placed = 0, left = 0;
+  for (let round = 0; round < 300; ++round) {
+    const boxes = Array.from({length: 1 + numbers.below(12)}, () => ({
+      x: numbers.below(400), y: numbers.below(300), width: 20 + numbers.below(160), height: 18,
+    }));
+    const places = placeBoxes(boxes, 400, 300);
+    const all = places.flatMap((place, i) => place ? [{...boxes[i]!, ...place}] : []);
+    placed += all.length;
+    left += boxes.length - all.length;
+    all.forEach((one, i) => {
+      assert(one.x >= 0 && one.y >= 0 && one.x + one.width <= 400 && one.y + one.height <= 300);
+      for (const other of all.slice(0, i)) {
+        assert(one.x >= other.x + other.width || other.x >= one.x + one.width || one.y >= other.y + other.height ||
+               other.y >= one.y + one.height, `${JSON.stringify(one)} is over ${JSON.stringify(other)}`);
+      }
+    });
+  }
+  assert(placed > 10 * left, `${placed} placed, ${left} left out`);
+  assert.deepEqual(placeBoxes([{x: 100, y: 100, width: 50, height: 20}], 400, 300), [{x: 108, y: 72}]);
+  assert.deepEqual(placeBoxes([{x: 5, y: 5, width: 500, height: 20}], 400, 300), [null]);
+});
+
+// What somebody sees who lacks one kind of cones, of linear red, green and blue (Viénot, Brettel and Mollon 1999).
+const SEEN: Record<string, readonly (readonly number[])[]> = {
+  normal: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  protanopia: [[0.11238, 0.88762, 0], [0.11238, 0.88762, 0], [0.00401, -0.00401, 1]],
+  deuteranopia: [[0.29275, 0.70725, 0], [0.29275, 0.70725, 0], [-0.02234, 0.02234, 1]],
+};
+
+// Lightness and two differences of colours (CIE L*a*b*).
+function labOf(rgb: number, seen: readonly (readonly number[])[]): number[] {
+  const linear = [16, 8, 0].map((shift) => {
+    const part = ((rgb >> shift) & 255) / 255;
+    return part <= 0.04045 ? part / 12.92 : ((part + 0.055) / 1.055) ** 2.4;
+  });
+  const [r, g, b] = seen.map((row) => Math.max(0, row.reduce((sum, share, k) => sum + share * linear[k]!, 0)));
+  const xyz = [(0.4124 * r! + 0.3576 * g! + 0.1805 * b!) / 0.9505, 0.2126 * r! + 0.7152 * g! + 0.0722 * b!,
+               (0.0193 * r! + 0.1192 * g! + 0.9505 * b!) / 1.089];
+  const [x, y, z] = xyz.map((t) => t > 0.008856 ? Math.cbrt(t) : 7.787 * t + 16 / 116);
+  return [116 * y! - 16, 500 * (x! - y!), 200 * (y! - z!)];
+}
+
+test('the first two characters and what touches differ for whoever sees no difference of red and green', () => {
+  // A difference of 10 is seen at a glance. Worst measured: 35.5, hits and the second character in deuteranopia.
+  const LEAST = 25;
+  const colors = [CHARACTERS[0], CHARACTERS[1], COLORS.hit, COLORS.background];
+  for (const [name, seen] of Object.entries(SEEN)) {
+    colors.forEach((one, i) => {
+      for (const other of colors.slice(0, i)) {
+        const [a, b] = [labOf(one, seen), labOf(other, seen)];
+        const difference = Math.hypot(...a.map((value, k) => value - b[k]!));
+        assert(difference > LEAST, `${one.toString(16)} and ${other.toString(16)} differ by ${difference}, ${name}`);
+      }
+    });
+  }
 });

@@ -2,6 +2,8 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import {fileRows, intervalColumns, pairColumns, sortRows} from '../../perf/view/src/report/columns.js';
+import {eventsOf, framesOf, worstOf} from '../../perf/view/src/report/events.js';
+import {whenOf} from '../../perf/view/src/report/events_view.js';
 import {type Filter, filterIntervals, filterPairs, hasMetres, NO_FILTER} from '../../perf/view/src/report/filter.js';
 import {characterPairs, heat, hottest, makeMatrix} from '../../perf/view/src/report/matrix_data.js';
 import {pairText, readPair} from '../../perf/view/src/report/pair_text.js';
@@ -9,6 +11,7 @@ import {
   depthText, fileNames, momentText, notEmbeddedText, notesOf, pairSentence, severityText, shareText,
 } from '../../perf/view/src/report/texts.js';
 import type {LinkRef, Report, ReportFile, ReportInterval, ReportPair} from '../../perf/view/src/report/types.js';
+import {Numbers} from './scene.js';
 
 const NAMES = ['hips', 'arm', 'hand', 'head'] as const;
 
@@ -94,19 +97,22 @@ test('rows sort by every column, keep their order where equal, and have no depth
   assert.deepEqual(order('First', true), [3, 1, 2, 0]);
   assert.deepEqual(order('Link', true), [3, 2, 0, 1]);
   assert.equal(columns.some((column) => column.title === 'File'), false);
-  assert.equal(intervalColumns(reportOf(), ['a', 'b'])[0]!.title, 'File');
+  assert.deepEqual(intervalColumns(reportOf(), ['a', 'b']).map(({title}) => title).slice(0, 3),
+                   ['Worst depth', 'At', 'File']);
   for (const column of [...columns, ...pairColumns(reportOf(), ['a'])]) assert.notEqual(column.meaning, '');
 });
 
 test('triangles and places have columns where there are some, and depths where there are none of both', () => {
   const titles = (rows: ReportInterval[]) =>
-    intervalColumns(reportOf({intervals: rows}), ['a.cab']).map(({title}) => title).slice(4, -3);
+    intervalColumns(reportOf({intervals: rows}), ['a.cab']).map(({title}) => title)
+        .filter((title) => ['Worst depth', 'Triangles', 'At', 'Place'].includes(title));
   const skin = intervalOf(0, 4, null, {worst_triangles: 1234, worst_point: [1, -0.5, 0.005]});
   assert.deepEqual(titles([intervalOf(0, 4, 0.1)]), ['Worst depth', 'At']);
   assert.deepEqual(titles([intervalOf(0, 4, null)]), ['Worst depth', 'At']);
   assert.deepEqual(titles([skin]), ['Triangles', 'At', 'Place']);
   assert.deepEqual(titles([skin, intervalOf(0, 4, 0.1)]), ['Worst depth', 'Triangles', 'At', 'Place']);
-  const [triangles, , place] = intervalColumns(reportOf({intervals: [skin]}), ['a.cab']).slice(4);
+  const columns = intervalColumns(reportOf({intervals: [skin]}), ['a.cab']);
+  const [triangles, place] = ['Triangles', 'Place'].map((wanted) => columns.find(({title}) => title === wanted));
   assert.equal(triangles!.text(skin), '1\u202f234');
   assert.equal(triangles!.text(intervalOf(0, 4, 0.1)), '\u2013');
   assert.equal(place!.text(skin), '1.00, -0.50, 0.01 m');
@@ -115,6 +121,57 @@ test('triangles and places have columns where there are some, and depths where t
   assert.equal(severityText(intervalOf(0, 4, 0.1), fileOf()), '100 mm');
   const pair: ReportPair = {...pairOf([1, 0, 0], [2, 0, 2], 1, null), worst_triangles: 1};
   assert.match(pairSentence(pair, fileOf()), /, at worst 1 triangle in frame 5$/);
+});
+
+test('an event is the time in which two characters touch, by whichever links', () => {
+  const other = {b: [2, 0, 2] as const, link_b: 'hand'};
+  const deep = intervalOf(10, 14, 0.5), beside = intervalOf(12, 20, 0.2, other), behind = intervalOf(21, 22, 0.1);
+  const later = intervalOf(24, 30, 0.4, other), third = intervalOf(12, 13, 0.05, {b: [3, 0, 1]});
+  const intervals = [deep, later, beside, behind, third];
+  const events = eventsOf(reportOf({intervals}), intervals);
+  assert.deepEqual(events.map(({intervals: own}) => own), [[deep, beside, behind], [later], [third]]);
+  assert.deepEqual(events.map(({first, last, pairs}) => [first, last, pairs]), [[10, 22, 2], [24, 30, 1], [12, 13, 1]]);
+  assert.deepEqual(events.map(framesOf), [13, 7, 2]);
+  assert.equal(whenOf(events[0]!, false, 100), 'at 0.10 s, for 0.12 s');
+  assert.equal(whenOf({...events[2]!, firstSeconds: null}, false, 100), 'at 0.12 s, for 2 frames');
+  assert.deepEqual(eventsOf(reportOf(), []), []);
+});
+
+test('random intervals are in one event each, and no two events of the same characters meet', () => {
+  const numbers = new Numbers(11);
+  for (let round = 0; round < 200; ++round) {
+    const intervals = Array.from({length: 1 + numbers.below(30)}, () => {
+      const first = numbers.below(120);
+      return intervalOf(first, first + numbers.below(12), numbers.next(),
+                        {b: [2, numbers.below(2), numbers.below(3)], file: numbers.below(2)});
+    });
+    const events = eventsOf(reportOf({files: [fileOf(), fileOf()], intervals}), intervals);
+    assert.deepEqual(new Set(events.flatMap(({intervals: own}) => own)), new Set(intervals));
+    assert.equal(events.reduce((sum, {intervals: own}) => sum + own.length, 0), intervals.length);
+    for (const event of events) {
+      const frames = new Set(event.intervals.flatMap(({first, last}) =>
+        Array.from({length: last - first + 1}, (_, i) => first + i)));
+      assert.equal(framesOf(event), frames.size);
+      assert.equal(frames.size, event.last - event.first + 1, 'an event has no gap');
+      for (const other of events) {
+        const [own, its] = [worstOf(event), worstOf(other)];
+        if (other === event || own.file !== its.file || own.b[1] !== its.b[1]) continue;
+        assert(other.first > event.last + 1 || event.first > other.last + 1);
+      }
+    }
+  }
+});
+
+test('states are no frames of a motion: each pair of links is an event, with the states in which it touches', () => {
+  const intervals = [intervalOf(7, 7, 0.5), intervalOf(1, 2, 0.3, {b: [2, 0, 2], link_b: 'hand'}), intervalOf(9, 11, 0.1)];
+  const report = reportOf({files: [fileOf({seconds_per_frame: 0})], intervals});
+  const events = eventsOf(report, intervals);
+  assert.deepEqual(events.map(({intervals: own}) => own), [[intervals[0], intervals[2]], [intervals[1]]]);
+  assert.equal(whenOf(events[0]!, true, 100), 'in 4 states (4.0 %), worst in state 7');
+  const titles = (columns: readonly {title: string}[]) => columns.map(({title}) => title);
+  assert(titles(pairColumns(report, ['a.cab'])).includes('States'));
+  assert(!titles(pairColumns(report, ['a.cab'])).includes('Longest'));
+  assert.deepEqual(titles(intervalColumns(report, ['a.cab'])).slice(0, 2), ['Worst depth', 'State']);
 });
 
 test('files with problems come first', () => {

@@ -101,13 +101,61 @@ async function chooseTab(name: string): Promise<void> {
     if (await tab.evaluate((element) => element.textContent) === name) await tab.click();
 }
 
-test('the report is shown, worst first, a hundred rows at a time', async () => {
+test('events are shown first, over time, in two lines each, with a picture of the worst', async () => {
   assert.equal(await page.$eval('h1', (title) => title.textContent), 'Report');
-  const links = await columnOf(4);
+  // All intervals of the first file begin at once, and the one of the second file is another event.
+  assert.deepEqual(await texts(`${SHOWN} .event-depth`), ['100 mm', '99.9 mm']);
+  assert.match((await texts(`${SHOWN} .event-time`))[0]!, /^at 1\.00 s, for 1\.00 s$/);
+  assert.equal((await texts(`${SHOWN} .event-names`))[0], 'anna: link 0 \u2013 <b>ben</b>: hand');
+  assert.equal(await page.$$eval(`${SHOWN} .report-event-strip`, (strips) => strips.length), 2);
+  await page.waitForSelector(`${SHOWN} .report-worst img`, {visible: true});
+  const drawn = await page.$eval(`${SHOWN} .report-worst img`, async (image) => {
+    await (image as HTMLImageElement).decode();
+    const canvas = Object.assign(document.createElement('canvas'), {width: 64, height: 36});
+    const context = canvas.getContext('2d')!;
+    context.drawImage(image as HTMLImageElement, 0, 0, 64, 36);
+    return new Set(new Uint32Array(context.getImageData(0, 0, 64, 36).data.buffer)).size;
+  });
+  assert(drawn > 20, `the picture has ${drawn} colours`);
+  assert.match((await texts(`${SHOWN} figcaption`))[0]!, /^The worst: 100 mm, anna: link 0/);
+});
+
+test('the report fits a narrow screen, two lines per row', async () => {
+  await page.setViewport({width: 400, height: 800});
+  for (const tab of ['Events', 'Intervals', 'Pairs']) {
+    await chooseTab(tab);
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 400, tab);
+    const rows = `${SHOWN} ${tab === 'Events' ? 'li' : 'tbody tr'}`;
+    const heights = await page.$$eval(rows, (all) => all.map((row) => row.getBoundingClientRect().height));
+    assert(heights.every((height) => height > 30 && height < 62), `${tab}: ${heights.slice(0, 3)}`);
+    const depth = await page.$eval(`${rows} ${tab === 'Events' ? '.event-depth' : 'td:nth-child(2)'}`,
+                                   (cell) => [cell.getBoundingClientRect().left, cell.getBoundingClientRect().right]);
+    assert(depth[0]! >= 0 && depth[0]! < 100 && depth[1]! < 400, `${depth}`);
+  }
+  await page.setViewport({width: 1280, height: 800});
+});
+
+test('the report is dark where the system is', async () => {
+  const brightness = () => page.$eval('.report', (report) => {
+    const numbers = (text: string) => (text.match(/[\d.]+/g) ?? []).slice(0, 3).map(Number);
+    const {backgroundColor, color} = getComputedStyle(report);
+    return [numbers(backgroundColor), numbers(color)].map((rgb) => rgb.reduce((sum, part) => sum + part, 0) / 3);
+  });
+  const [paper, ink] = await brightness();
+  assert(paper! > 240 && ink! < 60);
+  await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
+  const [darkPaper, lightInk] = await brightness();
+  assert(darkPaper! < 60 && lightInk! > 200);
+  await page.emulateMediaFeatures([]);
+});
+
+test('intervals are shown, worst first, a hundred rows at a time', async () => {
+  await chooseTab('Intervals');
+  const links = await columnOf(6);
   assert.equal(links.length, 100);
   assert.deepEqual(links.slice(0, 3), ['link 0', 'link 1', 'link 2']);
-  assert.equal((await columnOf(5))[0], '<b>ben</b>');
-  assert.equal((await columnOf(7))[0], '100 mm');
+  assert.equal((await columnOf(7))[0], '<b>ben</b>');
+  assert.equal((await columnOf(2))[0], '100 mm');
   assert.match((await texts('.report header'))[0]!, /1 file could not be read in full/);
   assert.match((await texts('.report header'))[0]!, /250 of 1\u202f000 intervals are here; report\.csv has all/);
 });
@@ -116,10 +164,10 @@ test('headers sort by keyboard, and say how', async () => {
   const header = 'th:nth-child(11)';
   await page.focus(`${SHOWN} ${header} button`);
   await press('Enter');
-  assert.equal((await columnOf(4))[0], 'link 249');
+  assert.equal((await columnOf(6))[0], 'link 249');
   assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'descending');
   await press('Enter');
-  assert.equal((await columnOf(4))[0], 'link 0');
+  assert.equal((await columnOf(6))[0], 'link 0');
   assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'ascending');
   await press('Enter');
   assert.equal(await page.$eval(`${SHOWN} ${header}`, (cell) => cell.getAttribute('aria-sort')), 'none');
@@ -140,12 +188,12 @@ test('arrows and pages walk through the rows', async () => {
 test('filters work as one types, and can be cleared', async () => {
   const [depth, frames] = await page.$$('.report form input[type=number]');
   await depth!.type('95');
-  assert.equal((await columnOf(4)).length, 51);
+  assert.equal((await columnOf(6)).length, 51);
   await frames!.type('41');
-  assert.deepEqual((await columnOf(4)).length, 11);
+  assert.deepEqual((await columnOf(6)).length, 11);
   assert.match((await texts(`${SHOWN} .report-pages`))[0]!, /Rows 1 to 11 of 11 \(of 250 without filters\)/);
   await page.type('.report form input[type=search]', 'LINK 45');
-  assert.deepEqual(await columnOf(4), ['link 45']);
+  assert.deepEqual(await columnOf(6), ['link 45']);
   await page.click('.report form button[type=reset]');
   await page.waitForFunction((rows) => document.querySelectorAll(rows).length === 100, {}, `${SHOWN} tbody tr`);
 });

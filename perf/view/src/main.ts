@@ -13,7 +13,7 @@ const page = new Page({
   embedded: embeddedRecordings(),
   read: readRecording,
   startEngine: async (recording) => createEngine(recording, {module: await engineModule(hasSimd())}),
-  showReport: report && ((element, open) => mountReport(element, report, open)),
+  showReport: report && ((element, open, picture) => mountReport(element, report, open, picture)),
 });
 window.cabPage = page;
 document.getElementById('cab-root')!.replaceChildren(page.element);

@@ -1,5 +1,6 @@
 // The columns of the tables of intervals, pairs and files.
 import {count} from '../ui/format.js';
+import {hasStates, hasStatesAlone} from './events.js';
 import {baseName, depthText, momentText, pointText, severityText, shareText} from './texts.js';
 import type {Report, ReportFile, ReportInterval, ReportPair, Row} from './types.js';
 
@@ -12,6 +13,8 @@ export interface Column<R> {
   readonly meaning: string;
   /** Words are cut off where they are long, a sentence is not. */
   readonly kind: 'words' | 'sentence' | 'number';
+  /** Whether it is shown where there is little room. */
+  readonly isKey: boolean;
   readonly key: (row: R) => SortKey;
   readonly text: (row: R) => string;
 }
@@ -19,11 +22,11 @@ export interface Column<R> {
 type Described = readonly [title: string, meaning: string];
 
 function words<R>([title, meaning]: Described, text: (row: R) => string): Column<R> {
-  return {title, meaning, kind: 'words', key: text, text};
+  return {title, meaning, kind: 'words', isKey: true, key: text, text};
 }
 
 function numbers<R>([title, meaning]: Described, key: (row: R) => number | null, text: (row: R) => string): Column<R> {
-  return {title, meaning, kind: 'number', key, text};
+  return {title, meaning, kind: 'number', isKey: false, key, text};
 }
 
 /** Sorts rows by a column; rows of the same key keep their order. */
@@ -61,34 +64,47 @@ function worstColumns<R extends Row>(report: Report, rows: readonly R[]): Column
     columns.push(numbers(['Triangles', 'how many pairs of triangles touch in the worst frame'],
       (row) => row.worst_triangles, ({worst_triangles: triangles}) => triangles === null ? '\u2013' : count(triangles)));
   }
-  columns.push(numbers(['At', 'when the worst contact is'], (row) => row.worst_frame,
-    (row) => momentText(row.worst_frame, row.worst_seconds)));
-  if (rows.some(({worst_point: point}) => point !== null)) {
-    columns.push({...words<R>(['Place', 'where it is in the world, x y z'],
-      (row) => pointText(row.worst_point, report.files[row.file])), kind: 'number'});
-  }
-  return columns;
+  const isState = (row: R): boolean => hasStates(report.files[row.file]);
+  columns.push(hasStatesAlone(report) ?
+    numbers(['State', 'in which state the worst contact is'], (row) => row.worst_frame, (row) => count(row.worst_frame)) :
+    numbers(['At', 'when the worst contact is'], (row) => row.worst_frame,
+      (row) => momentText(row.worst_frame, isState(row) ? null : row.worst_seconds)));
+  return columns.map((column) => ({...column, isKey: true}));
+}
+
+function placeColumns<R extends Row>(report: Report, rows: readonly R[]): Column<R>[] {
+  if (rows.every(({worst_point: point}) => point === null)) return [];
+  return [{...words<R>(['Place', 'where the worst contact is in the world, x y z'],
+    (row) => pointText(row.worst_point, report.files[row.file])), kind: 'number', isKey: false}];
 }
 
 export function intervalColumns(report: Report, names: readonly string[]): Column<ReportInterval>[] {
   return [
-    ...linkColumns<ReportInterval>(names),
     ...worstColumns(report, report.intervals),
+    ...linkColumns<ReportInterval>(names),
     numbers(['First', 'the first frame in contact'], (row) => row.first, (row) => count(row.first)),
     numbers(['Last', 'the last frame in contact'], (row) => row.last, (row) => count(row.last)),
     numbers(['Frames', 'how many frames it lasts'], (row) => row.frames, (row) => count(row.frames)),
+    ...placeColumns(report, report.intervals),
   ];
 }
 
 export function pairColumns(report: Report, names: readonly string[]): Column<ReportPair>[] {
   return [
-    ...linkColumns<ReportPair>(names),
     ...worstColumns(report, report.pairs),
+    ...linkColumns<ReportPair>(names),
     numbers(['Share', 'the share of all frames in contact'], (row) => row.share, (row) => shareText(row.share)),
-    numbers(['Frames', 'how many frames are in contact'], (row) => row.frames, (row) => count(row.frames)),
-    numbers(['Intervals', 'how many intervals of contact there are'], (row) => row.intervals,
-      (row) => count(row.intervals)),
-    numbers(['Longest', 'frames of the longest interval'], (row) => row.longest, (row) => count(row.longest)),
+    ...(hasStatesAlone(report) ? [
+      numbers<ReportPair>(['States', 'in how many states they are in contact'], (row) => row.frames,
+        (row) => count(row.frames)),
+    ] : [
+      numbers<ReportPair>(['Frames', 'how many frames are in contact'], (row) => row.frames, (row) => count(row.frames)),
+      numbers<ReportPair>(['Intervals', 'how many intervals of contact there are'], (row) => row.intervals,
+        (row) => count(row.intervals)),
+      numbers<ReportPair>(['Longest', 'frames of the longest interval'], (row) => row.longest,
+        (row) => count(row.longest)),
+    ]),
+    ...placeColumns(report, report.pairs),
   ];
 }
 

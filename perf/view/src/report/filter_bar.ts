@@ -1,5 +1,6 @@
 // The filters of a report: names, file, depth and duration.
 import {el} from '../ui/dom.js';
+import {hasStatesAlone} from './events.js';
 import {type Filter, hasMetres, NO_FILTER} from './filter.js';
 import type {Report} from './types.js';
 
@@ -31,7 +32,8 @@ export class FilterBar {
       el('label', {}, 'Character, link or file ', this.#text),
       ...(names.length > 1 ? [el('label', {}, 'File ', this.#file)] : []),
       el('label', {}, 'At least ', this.#depth, hasMetres(report) ? ' mm deep' : ' units deep'),
-      el('label', {}, 'At least ', this.#frames, ' frames long'),
+      // States are not long.
+      ...(hasStatesAlone(report) ? [] : [el('label', {}, 'At least ', this.#frames, ' frames long')]),
       el('button', {type: 'reset'}, 'Clear filters'));
   }
 

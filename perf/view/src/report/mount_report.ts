@@ -5,6 +5,8 @@ import {el} from '../ui/dom.js';
 import {plural} from '../ui/format.js';
 import {makeTabs} from '../ui/tabs.js';
 import {fileColumns, type FileRow, fileRows, intervalColumns, pairColumns} from './columns.js';
+import {hasStatesAlone} from './events.js';
+import {EventsView} from './events_view.js';
 import {filterIntervals, filterPairs} from './filter.js';
 import {FilterBar} from './filter_bar.js';
 import {MatrixView} from './matrix_view.js';
@@ -12,7 +14,7 @@ import {pairText} from './pair_text.js';
 import {RowTable} from './row_table.js';
 import {makeStrip} from './strip.js';
 import {fileNames, notEmbeddedText, notesOf, pairTitle} from './texts.js';
-import type {OpenRecording, Report, ReportInterval, Row} from './types.js';
+import type {OpenRecording, PictureOfRecording, Report, ReportInterval, Row} from './types.js';
 
 const framesOf = (report: Report, row: Row): number => report.files[row.file]?.frames ?? 0;
 
@@ -48,21 +50,35 @@ function heading(report: Report): HTMLElement {
     notes.push(`Not in this page: ${outside.length} of ${plural(report.files.length, 'file')}; see cab view FILE.`);
   const problems = bad === 0 ? [] : [el('p', {class: 'report-problem', role: 'status'},
     `\u26a0 ${plural(bad, 'file')} could not be read in full; the tab Files says what is missing.`)];
+  const states = report.files.reduce((sum, {frames_read: frames}) => sum + frames, 0);
+  const what = hasStatesAlone(report) ? plural(states, 'state') : plural(report.files.length, 'recording');
   return el('header', {}, el('h2', {}, 'Contacts'),
-    el('p', {}, report.interval_count === 0 ? `No contact in ${plural(report.files.length, 'recording')}.` :
-      `${plural(report.interval_count, 'interval')} of ${plural(report.pair_count, 'pair')} of links in ` +
-      `${plural(report.files.length, 'recording')}, worst first.`),
+    el('p', {}, report.interval_count === 0 ? `No contact in ${what}.` :
+      `${plural(report.pair_count, 'pair')} of links ${report.pair_count === 1 ? 'touches' : 'touch'} in ${what}, ` +
+      'worst first.'),
     ...problems, ...notes.map((note) => el('p', {class: 'quiet'}, note)));
 }
 
-/** Fills an element with a report. `open` is called when a row with an embedded recording is opened. */
-export function mountReport(element: HTMLElement, report: Report, open: OpenRecording): void {
+/**
+ * Fills an element with a report. `open` is called when a row with an embedded recording is opened, `picture` for the
+ * worst of them.
+ */
+export function mountReport(element: HTMLElement, report: Report, open: OpenRecording,
+                            picture: PictureOfRecording): void {
   const names = fileNames(report.files);
   const intervalsOf = intervalsByPair(report);
   const rowOptions = {
     openable: (row: Row) => openableRow(report, row),
     onOpen: (row: Row) => openRow(report, row, open),
   };
+  const events = new EventsView({
+    report, names, ...rowOptions,
+    picture: async (row) => {
+      const recording = report.files[row.file]?.recording;
+      if (recording === null || recording === undefined) throw new Error('the recording is not in the page');
+      return picture(recording, row.worst_frame, row);
+    },
+  });
   const intervals = new RowTable({
     caption: 'Intervals of contact', columns: intervalColumns(report, names),
     strip: (row) => makeStrip([row], row.worst_frame, framesOf(report, row)), ...rowOptions,
@@ -82,7 +98,9 @@ export function mountReport(element: HTMLElement, report: Report, open: OpenReco
   const show = (): void => {
     const {filter} = bar;
     const passing = filterPairs(report, filter);
-    intervals.setRows(filterIntervals(report, filter), report.intervals.length);
+    const shown = filterIntervals(report, filter);
+    events.setIntervals(shown);
+    intervals.setRows(shown, report.intervals.length);
     pairs.setRows(passing, report.pairs.length);
     matrix.setPairs(passing);
   };
@@ -91,6 +109,12 @@ export function mountReport(element: HTMLElement, report: Report, open: OpenReco
   files.setRows(rows, rows.length);
   element.replaceChildren(el('section', {class: 'report', 'aria-label': 'Report'}, heading(report), bar.element,
     makeTabs([
-      ['Intervals', intervals.element], ['Pairs', pairs.element], ['Matrix', matrix.element], ['Files', files.element],
+      ['Events', events.element],
+      // States that follow each other are no intervals.
+      ...(hasStatesAlone(report) ? [] : [['Intervals', intervals.element] as const]),
+      ['Pairs', pairs.element],
+      ['Matrix', matrix.element],
+      // One file without a problem is named by the title.
+      ...(rows.length > 1 || rows.some(({file}) => file.problems.length > 0) ? [['Files', files.element] as const] : []),
     ])));
 }

@@ -5,6 +5,8 @@ import {type Column, sortRows} from './columns.js';
 
 const ROWS_PER_PAGE = 100;
 
+const classOf = <R>({kind, isKey}: Column<R>): string => isKey ? `${kind} key` : kind;
+
 export interface RowTableOptions<R> {
   readonly caption: string;
   readonly columns: readonly Column<R>[];
@@ -59,7 +61,7 @@ export class RowTable<R> {
   #header(column: Column<R>, index: number): HTMLTableCellElement {
     const button = el('button', {type: 'button', title: column.meaning, click: () => this.#sortBy(index)},
       column.title);
-    return el('th', {scope: 'col', class: column.kind, 'aria-sort': 'none'}, button);
+    return el('th', {scope: 'col', class: classOf(column), 'aria-sort': 'none'}, button);
   }
 
   // Numbers begin with the largest and words with the first. A third press brings back the order that was given.
@@ -115,8 +117,9 @@ export class RowTable<R> {
   }
 
   // A long name is cut off, and has all of it in its title.
-  #dataCell({kind}: Column<R>, text: string): HTMLTableCellElement {
-    return kind === 'words' ? el('td', {class: kind, title: text}, text) : el('td', {class: kind}, text);
+  #dataCell(column: Column<R>, text: string): HTMLTableCellElement {
+    const attributes = {class: classOf(column)};
+    return column.kind === 'words' ? el('td', {...attributes, title: text}, text) : el('td', attributes, text);
   }
 
   #onKey(event: KeyboardEvent): void {

@@ -79,5 +79,11 @@ export interface Report {
   readonly csv: string;
 }
 
+/** A picture of a row at its worst frame, as an address for an image. Rejects if there is none. */
+export type PictureOf = (row: Row) => Promise<string>;
+
+/** The same of an embedded recording. */
+export type PictureOfRecording = (recording: number, frame: number, pair: PairRef) => Promise<string>;
+
 /** Opens an embedded recording at a frame, with a pair of links selected. */
 export type OpenRecording = (recording: number, frame: number, pair: PairRef) => void;

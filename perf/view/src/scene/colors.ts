@@ -11,8 +11,8 @@ export const COLORS = {
   statics: 0x8a949e,
   floor: 0x3d4853,
   floorHit: 0x66423f,
-  hit: 0xff4a3d,
-  falsePositive: 0xffb52e,
+  hit: 0xeb2f28,
+  falsePositive: 0xff8ad8,
   masked: 0x7d8791,
   contact: 0xffffff,
   leafBox: 0x7fd4ff,
@@ -20,11 +20,15 @@ export const COLORS = {
   selected: 0xffffff,
 } as const;
 
-/** Of characters, one after the other. None is near red or amber. */
-const CHARACTERS = [0x6fa8dc, 0x7fc8a9, 0xa99bdc, 0x8fb7c9, 0x9fc46f, 0xc39ac6, 0x5fb7b7, 0x8ea0e0] as const;
+/**
+ * Of characters, one after the other. The first two, blue and amber, differ for whoever sees no difference of red and
+ * green, and both differ from the red of hits in brightness.
+ */
+export const CHARACTERS =
+    [0x4f9cf5, 0xf9dd8a, 0x63c7a4, 0xb39ce8, 0x8ed4ee, 0xd5dd78, 0x9aa7f2, 0x7fb8a0] as const;
 
 export function characterColor(batch: number, instance: number): number {
-  return CHARACTERS[(batch * 3 + instance) % CHARACTERS.length]!;
+  return CHARACTERS[(batch + instance) % CHARACTERS.length]!;
 }
 
 /** The colour with its brightness multiplied. */

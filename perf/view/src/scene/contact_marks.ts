@@ -6,6 +6,9 @@ import {unitArrow, unitBall} from './geometries.js';
 import {COPY, Instances, PATTERN} from './instances.js';
 import {ROWS} from './transforms.js';
 
+/** The radius of points, in thousandths of the picture's height. */
+const POINT_SIZE = 6;
+
 export class ContactMarks {
   readonly object = new THREE.Group();
   readonly #arrows = new Instances(unitArrow(), 'over');
@@ -17,10 +20,10 @@ export class ContactMarks {
 
   /**
    * `hits` are the contacts that are drawn. `originOf` writes the origin of a hit's first instance, relative to the
-   * scene's centre. `sizeOf` says how long a hit's arrow is.
+   * scene's centre. `size`: how long arrows are, in thousandths of the picture's height.
    */
   show(contacts: Float32Array, hits: readonly number[], originOf: (hit: number, out: Float32Array) => void,
-       sizeOf: (hit: number) => number): void {
+       size: number): void {
     const count = hits.length;
     this.#arrows.reserve(count);
     this.#points.reserve(2 * count);
@@ -30,12 +33,11 @@ export class ContactMarks {
     for (const [drawn, hit] of hits.entries()) {
       originOf(hit, origin);
       const at = hit * WORDS_PER_CONTACT;
-      const size = sizeOf(hit);
       writeArrow(contacts, at, origin, size, this.#arrows.data, drawn * COPY);
       this.#arrows.setPaint(drawn, COLORS.contact, PATTERN.plain);
       for (const [k, from] of [4, 7].entries()) {
         const copy = 2 * drawn + k;
-        writeBall(contacts, at + from, origin, 0.09 * size, this.#points.data, copy * COPY);
+        writeBall(contacts, at + from, origin, POINT_SIZE, this.#points.data, copy * COPY);
         this.#points.setPaint(copy, COLORS.contact, PATTERN.plain);
       }
     }

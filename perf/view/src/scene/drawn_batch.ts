@@ -141,16 +141,25 @@ export class DrawnBatch {
 
   // The colour of what is not marked, and its pattern.
   #paintOf(instance: number): readonly [rgb: number, pattern: number] {
-    const {masked, selectedInstance} = this.marks;
+    const {masked, selectedInstance, looksAtPair} = this.marks;
     if (masked[instance]) return [COLORS.masked, PATTERN.crosses];
     const own = this.isStatic ? COLORS.statics : characterColor(this.index, instance);
-    return [instance === selectedInstance ? shaded(own, 1.25) : own, PATTERN.plain];
+    return [instance === selectedInstance ? shaded(own, 1.25) : own, looksAtPair ? PATTERN.ghost : PATTERN.plain];
+  }
+
+  // The triangles of the pair that one looks at are marked, and the skin about them is seen through.
+  #paintOfSkin(instance: number): readonly [rgb: number, pattern: number] {
+    const [rgb, pattern] = this.#paintOf(instance), {links} = this.marks;
+    const first = instance * this.linkCount;
+    const isOfPair = pattern === PATTERN.ghost && links.subarray(first, first + this.linkCount).some((value) =>
+      value >= MARK.glass);
+    return [rgb, isOfPair ? PATTERN.glass : pattern];
   }
 
   /** Colours all pieces as the marks say. A floor without end in red would hide all other red. */
   paint(): void {
     const {links} = this.marks;
-    this.#skin?.paint((instance) => this.#paintOf(instance));
+    this.#skin?.paint((instance) => this.#paintOfSkin(instance));
     for (const {instances, pieces, endless} of this.#groups) {
       let copy = 0;
       for (const i of this.#order) {
@@ -163,8 +172,10 @@ export class DrawnBatch {
             instances.setPaint(copy, link % 2 === 0 ? base : shaded(base, 0.88), plain);
           } else if (value === MARK.falsePositive) {
             instances.setPaint(copy, COLORS.falsePositive, PATTERN.stripes);
+          } else if (value === MARK.glass) {
+            instances.setPaint(copy, base, PATTERN.glass);
           } else {
-            instances.setPaint(copy, COLORS.hit, value === MARK.selected ? PATTERN.stripes : PATTERN.plain);
+            instances.setPaint(copy, COLORS.hit, PATTERN.plain);
           }
           ++copy;
         }
@@ -191,6 +202,11 @@ export class DrawnBatch {
 
   isLink(instance: number, link: number): boolean {
     return instance < this.instanceCount && link < this.linkCount;
+  }
+
+  /** Adds a triangle of a skin. */
+  addTriangle(bounds: Bounds, instance: number, leaf: number, triangle: number): void {
+    this.#skin?.addTriangle(bounds, instance, leaf, triangle);
   }
 
   /** Where a link's frame is. */

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import type {Bounds} from './bounds.js';
 import {COLORS} from './colors.js';
-import {light, PATTERN, PATTERNED} from './instances.js';
+import {light, PATTERN, PATTERNED, sampled, seenThrough} from './instances.js';
 import {MARK} from './marks.js';
 import type {SkinShape} from './skin_shape.js';
 import {isDrawable, ROWS} from './transforms.js';
@@ -24,7 +24,7 @@ const VERTEX = `
   }
 `;
 
-const FRAGMENT = `${PATTERNED} void main() { color = vec4(patterned(tint.rgb), 1.0); }`;
+const FRAGMENT = `${PATTERNED} void main() { color = patterned(tint.rgb); }`;
 
 function makeMaterial(marked: boolean): THREE.ShaderMaterial {
   return new THREE.ShaderMaterial({
@@ -32,7 +32,8 @@ function makeMaterial(marked: boolean): THREE.ShaderMaterial {
     vertexShader: VERTEX,
     fragmentShader: FRAGMENT,
     defines: marked ? {MARKED: ''} : {},
-    uniforms: {light: {value: light.world}, paint: {value: new THREE.Vector4()}},
+    uniforms: {light: {value: light.world}, paint: {value: new THREE.Vector4()}, sampled},
+    ...seenThrough(),
     side: THREE.DoubleSide,
     polygonOffset: true,
     // Marked triangles are in front of what they mark.
@@ -148,7 +149,7 @@ export class DrawnSkin {
         const value = posed.marks[triangle]!;
         if (value === MARK.none) continue;
         const rgb = value === MARK.falsePositive ? COLORS.falsePositive : COLORS.hit;
-        const pattern = value === MARK.hit ? PATTERN.plain : PATTERN.stripes;
+        const pattern = value === MARK.falsePositive ? PATTERN.stripes : PATTERN.plain;
         for (let k = 0; k < 3; ++k, ++corner) {
           const from = 3 * corners[3 * triangle + k]!;
           for (let c = 0; c < 3; ++c) {
@@ -186,6 +187,15 @@ export class DrawnSkin {
         const at = 3 * corners[c]!;
         bounds.addPoint(positions[at]!, positions[at + 1]!, positions[at + 2]!);
       }
+    }
+  }
+
+  addTriangle(bounds: Bounds, instance: number, leaf: number, triangle: number): void {
+    const {corners, firstOfLeaf} = this.#shape, positions = this.#drawn.get(instance)?.positions;
+    const first = 3 * ((firstOfLeaf[leaf] ?? Infinity) + triangle);
+    for (let c = first; positions && c < first + 3 && c < corners.length; ++c) {
+      const at = 3 * corners[c]!;
+      bounds.addPoint(positions[at]!, positions[at + 1]!, positions[at + 2]!);
     }
   }
 

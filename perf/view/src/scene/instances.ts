@@ -9,12 +9,15 @@ import {ROWS} from './transforms.js';
 /** Floats of one copy: its rows, then its paint. */
 export const COPY = 16;
 
-/** What a copy is filled with. Patterns tell apart what colours alone do not tell everyone. */
-export const PATTERN = {plain: 0, crosses: 1, stripes: 2} as const;
+/**
+ * What a copy is filled with. Patterns tell apart what colours alone do not tell everyone. `glass` and `ghost` are seen
+ * through: the pair that one looks at, and everything else.
+ */
+export const PATTERN = {plain: 0, crosses: 1, stripes: 2, glass: 3, ghost: 4} as const;
 
 /**
- * `flat` is lit by faces, `round` by normals, `over` as round and over all else; `wire` is lines. `box` takes
- * boxCorner(), which it turns to the camera, and is lit by faces.
+ * `flat` is lit by faces, `round` by normals, `over` as round, over all else, and as large on the screen wherever it is;
+ * `wire` is lines. `box` takes boxCorner(), which it turns to the camera, and is lit by faces.
  */
 export type Look = 'flat' | 'box' | 'round' | 'over' | 'wire';
 
@@ -59,6 +62,22 @@ const lit = (qualifier: '' | 'flat', turned: string): string => `${PLACE}
 
 const ROUND_VERTEX = lit('', 'vec3 turned() { return vec3(1.0); }');
 
+// A length of 1 is as long as a thousandth of the picture's height, at the place of the copy.
+const OVER_VERTEX = `${PLACE}
+  uniform vec3 light;
+  out vec4 tint;
+  void main() {
+    bool isCopy = readCopy();
+    vec3 n = normalize(placed(vec4(normal, 0.0)));
+    tint = vec4(paint.rgb * (0.66 + 0.34 * dot(n, light)), paint.a);
+    vec3 place = vec3(rowX.w, rowY.w, rowZ.w);
+    float depth = -(viewMatrix * vec4(place, 1.0)).z;
+    float size = 0.002 * depth / projectionMatrix[1][1];
+    vec4 p = vec4(place + size * placed(vec4(position, 0.0)), 1.0);
+    gl_Position = isCopy ? projectionMatrix * (viewMatrix * p) : vec4(0.0);
+  }
+`;
+
 // Of a box at most the three faces are seen that meet in the corner which is nearest to the camera along all axes.
 const BOX_VERTEX = lit('flat', `
   vec3 turned() {
@@ -89,22 +108,32 @@ const WIRE_VERTEX = `${PLACE}
   }
 `;
 
+// Samples of a pixel are left out where something is seen through, or whole pixels where a pixel has one sample. So what
+// is behind is seen in whatever order it is drawn.
 const patterned = (qualifier: '' | 'flat'): string => `
   ${qualifier} in vec4 tint;
+  uniform bool sampled;
   out vec4 color;
-  vec3 patterned(vec3 rgb) {
-    if (tint.a < 0.5) return rgb;
+  vec4 patterned(vec3 rgb) {
+    if (tint.a < 0.5) return vec4(rgb, 1.0);
     vec2 p = gl_FragCoord.xy;
+    if (tint.a > 2.5) {
+      bool isGhost = tint.a > 3.5;
+      if (sampled) return vec4(rgb, isGhost ? 0.26 : 0.51);
+      bvec2 isOdd = greaterThan(mod(floor(p), 2.0), vec2(0.5));
+      if (isGhost ? isOdd.x || isOdd.y : isOdd.x != isOdd.y) discard;
+      return vec4(rgb, 1.0);
+    }
     bool falling = mod(p.x + p.y, 8.0) < 2.5;
     bool rising = tint.a < 1.5 && mod(p.x - p.y, 8.0) < 2.5;
-    return falling || rising ? rgb * 0.45 : rgb;
+    return vec4(falling || rising ? rgb * 0.45 : rgb, 1.0);
   }
 `;
 
 /** Of shaders whose vertices have a tint: a colour and a pattern. */
 export const PATTERNED = patterned('');
 
-const PLAIN = 'void main() { color = vec4(patterned(tint.rgb), 1.0); }';
+const PLAIN = 'void main() { color = patterned(tint.rgb); }';
 const ROUND_FRAGMENT = PATTERNED + PLAIN;
 const BOX_FRAGMENT = patterned('flat') + PLAIN;
 
@@ -114,7 +143,7 @@ const FLAT_FRAGMENT = `${PATTERNED}
   uniform vec3 lightSeen;
   void main() {
     vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
-    color = vec4(patterned(tint.rgb * (0.66 + 0.34 * dot(n, lightSeen))), 1.0);
+    color = patterned(tint.rgb * (0.66 + 0.34 * dot(n, lightSeen)));
   }
 `;
 
@@ -128,12 +157,28 @@ const SHADERS: Record<Look, readonly [vertex: string, fragment: string]> = {
   flat: [FLAT_VERTEX, FLAT_FRAGMENT],
   box: [BOX_VERTEX, BOX_FRAGMENT],
   round: [ROUND_VERTEX, ROUND_FRAGMENT],
-  over: [ROUND_VERTEX, ROUND_FRAGMENT],
+  over: [OVER_VERTEX, ROUND_FRAGMENT],
   wire: [WIRE_VERTEX, WIRE_FRAGMENT],
 };
 
 /** Where the light comes from: in the world, and as the camera sees it. All lit materials share it. */
 export const light = {world: new THREE.Vector3(0, 1, 0), seen: new THREE.Vector3(0, 1, 0)};
+
+/** Whether a pixel has several samples. All materials that are seen through share it, and are made once it is known. */
+export const sampled = {value: true};
+
+// Alpha chooses samples, and leaves that of the picture as it is.
+const BY_SAMPLES = {
+  alphaToCoverage: true,
+  blending: THREE.CustomBlending,
+  blendSrc: THREE.OneFactor,
+  blendDst: THREE.ZeroFactor,
+  blendSrcAlpha: THREE.ZeroFactor,
+  blendDstAlpha: THREE.OneFactor,
+} as const;
+
+/** What materials need whose patterns are seen through. Blending takes time, which crowds have not. */
+export const seenThrough = (): THREE.ShaderMaterialParameters => sampled.value ? BY_SAMPLES : {};
 
 export class Instances {
   readonly object: THREE.Mesh | THREE.LineSegments;
@@ -158,8 +203,9 @@ export class Instances {
       fragmentShader,
       uniforms: {
         copies: {value: null}, count: {value: 0}, chunk: {value: this.#chunk}, light: {value: light.world},
-        lightSeen: {value: light.seen},
+        lightSeen: {value: light.seen}, sampled,
       },
+      ...seenThrough(),
       side: bothSides || look === 'box' ? THREE.DoubleSide : THREE.FrontSide,
       // Wires along the edges of solids are in front of them.
       polygonOffset: look !== 'wire',

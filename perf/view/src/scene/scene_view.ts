@@ -2,6 +2,7 @@
 import * as THREE from 'three';
 import {COLORS} from './colors.js';
 import {light} from './instances.js';
+import {type Box, placeBoxes} from './label_places.js';
 import type {Picked} from './drawn_batch.js';
 import type {Stage} from './stage.js';
 import {Viewpoint} from './viewpoint.js';
@@ -27,12 +28,12 @@ export class SceneView {
   #fitted = false;
 
   /** Throws if the browser has no WebGL 2. */
-  constructor(surface: HTMLElement, stage: Stage, crowd: boolean) {
+  constructor(surface: HTMLElement, stage: Stage) {
     this.#surface = surface;
     this.#stage = stage;
-    this.#renderer = makeRenderer(!crowd);
+    this.#renderer = makeRenderer(!stage.isCrowd);
     this.#renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
-    this.#renderer.setPixelRatio(crowd ? 1 : Math.min(window.devicePixelRatio, 2));
+    this.#renderer.setPixelRatio(stage.isCrowd ? 1 : Math.min(window.devicePixelRatio, 2));
     this.#renderer.setClearColor(COLORS.background);
     this.canvas = this.#renderer.domElement;
     this.canvas.setAttribute('role', 'img');
@@ -40,11 +41,12 @@ export class SceneView {
     this.#labelLayer.className = 'scene-labels';
     surface.append(this.canvas, this.#labelLayer);
     this.viewpoint = new Viewpoint(this.canvas, stage.up, () => this.invalidate());
-    this.#resizing = new ResizeObserver(() => this.#resize());
+    this.#resizing = new ResizeObserver(() => this.resize());
     this.#resizing.observe(surface);
   }
 
-  #resize(): void {
+  /** Takes the size of the surface. */
+  resize(): void {
     const {clientWidth: width, clientHeight: height} = this.#surface;
     if (width === 0 || height === 0) return;
     this.#renderer.setSize(width, height, false);
@@ -66,7 +68,8 @@ export class SceneView {
   }
 
   /** Draws if something has changed. Returns whether it did. */
-  render(): boolean {
+  render(now: number): boolean {
+    this.viewpoint.advance(now);
     if (!this.#stale) return false;
     this.#stale = false;
     this.viewpoint.setRange(this.#stage.sampled);
@@ -106,15 +109,52 @@ export class SceneView {
     });
   }
 
+  // Labels that have no room are left out.
   #placeLabels(): void {
     const {clientWidth: width, clientHeight: height} = this.#surface;
+    const shown: {element: HTMLElement; box: Box}[] = [];
     this.#labels.forEach(({position}, i) => {
       const p = position.clone().project(this.viewpoint.camera);
       const isInView = Math.abs(p.x) < 1 && Math.abs(p.y) < 1 && p.z < 1;
-      const {style} = this.#labelElements[i]!;
-      style.display = isInView ? '' : 'none';
-      style.transform = `translate(${((p.x + 1) / 2 * width).toFixed(1)}px, ${((1 - p.y) / 2 * height).toFixed(1)}px)`;
+      const element = this.#labelElements[i]!;
+      element.style.display = isInView ? '' : 'none';
+      if (!isInView) return;
+      const [x, y] = [(p.x + 1) / 2 * width, (1 - p.y) / 2 * height];
+      shown.push({element, box: {x, y, width: element.offsetWidth, height: element.offsetHeight}});
     });
+    placeBoxes(shown.map(({box}) => box), width, height).forEach((place, i) => {
+      const {style} = shown[i]!.element;
+      if (place) style.transform = `translate(${place.x.toFixed(1)}px, ${place.y.toFixed(1)}px)`;
+      else style.display = 'none';
+    });
+  }
+
+  /** The picture that is shown, with its labels, as a PNG. */
+  async picture(): Promise<Blob> {
+    this.#stale = true;
+    this.render(performance.now());
+    const {width, height} = this.canvas;
+    const scale = width / this.#surface.clientWidth;
+    const drawn = document.createElement('canvas');
+    drawn.width = width;
+    drawn.height = height;
+    const context = drawn.getContext('2d')!;
+    context.drawImage(this.canvas, 0, 0);
+    const {left, top} = this.#surface.getBoundingClientRect();
+    context.textBaseline = 'middle';
+    for (const element of this.#labelElements) {
+      if (element.style.display === 'none') continue;
+      const box = element.getBoundingClientRect(), style = getComputedStyle(element);
+      context.setTransform(scale, 0, 0, scale, scale * (box.left - left), scale * (box.top - top));
+      context.fillStyle = style.backgroundColor;
+      context.fillRect(0, 0, box.width, box.height);
+      context.strokeStyle = style.borderTopColor;
+      context.strokeRect(0.5, 0.5, box.width - 1, box.height - 1);
+      context.font = `${style.fontSize} ${style.fontFamily}`;
+      context.fillStyle = style.color;
+      context.fillText(element.textContent ?? '', parseFloat(style.paddingLeft) + 1, box.height / 2);
+    }
+    return new Promise((done, fail) => drawn.toBlob((blob) => blob ? done(blob) : fail(new Error('no picture')), 'image/png'));
   }
 
   /** What is drawn under a pointer, given in pixels of the window. */

@@ -1,6 +1,6 @@
 // What stands in the scene: batches, static triangles, boxes, contacts and a grid. It shows one frame at a time.
 import * as THREE from 'three';
-import type {Frame, Input, Recording} from '../recording/types.js';
+import {type Frame, type Input, type Recording, WORDS_PER_CONTACT} from '../recording/types.js';
 import {WORDS_PER_TRIANGLES} from '../engine/types.js';
 import {Bounds} from './bounds.js';
 import {COLORS} from './colors.js';
@@ -8,6 +8,7 @@ import {ContactMarks} from './contact_marks.js';
 import {DrawnBatch, type Picked} from './drawn_batch.js';
 import {DrawnTriangles} from './drawn_triangles.js';
 import {type Hit, hitAt, hitCount, isSamePair} from './hits.js';
+import {sampled} from './instances.js';
 import {MARK} from './marks.js';
 import {type Axis, upAxis} from './up_axis.js';
 import {WireBoxes} from './wire_boxes.js';
@@ -45,6 +46,18 @@ export interface BoxSet {
   nodes: readonly number[];
 }
 
+/** Where a pair of links is. */
+export interface PairPlace {
+  center: THREE.Vector3;
+  /** How far around there the smaller of both links is seen. */
+  radius: number;
+  /** Of its contact, from a to b; null: there is none. */
+  normal: THREE.Vector3 | null;
+  /** The middle of each link. */
+  a: THREE.Vector3;
+  b: THREE.Vector3;
+}
+
 /** What a person can read about an instance that is masked, and where. */
 export interface MaskedPlace {
   batch: number;
@@ -54,6 +67,8 @@ export interface MaskedPlace {
 
 const MOST_BOXES = 200_000;
 const MOST_CONTACTS = 400;
+// The length of a contact's arrow, in thousandths of the picture's height.
+const ARROW_SIZE = 60;
 // As many characters as tell a crowd from a few.
 const SOME = 4;
 // From how many characters on shapes are drawn coarsely.
@@ -74,10 +89,15 @@ export class Stage {
   #characterSize = 1;
   readonly #sampled = new Bounds();
   #masked: MaskedPlace[] = [];
+  #pairPlace: PairPlace | null = null;
 
-  /** Takes the scene's centre and size from some frames of the recording, at least one. */
-  constructor(recording: Recording, samples: readonly Frame[]) {
+  /**
+   * Takes the scene's centre and size from some frames of the recording, at least one. `isCrowd`: the picture has one
+   * sample per pixel.
+   */
+  constructor(recording: Recording, samples: readonly Frame[], readonly isCrowd: boolean) {
     const first = samples[0]!;
+    sampled.value = !isCrowd;
     this.#recording = recording;
     this.#center.set(centerOf(recording, first));
     this.#mirrored = first.inputs.some(({poses}) => poses !== null && poses.format !== 'quaternion_translation');
@@ -163,10 +183,13 @@ export class Stage {
     for (const triangles of this.#triangles.values()) triangles.clearMarks();
     if (falsePositives) this.#markAll(falsePositives, () => MARK.falsePositive, null);
     const {pair, instance} = selection;
-    this.#markAll(hits, (hit) => pair && isSamePair(hit, pair) ? MARK.selected : MARK.hit, touching);
+    if (pair) this.#markPair(pair, hits, touching);
+    else this.#markAll(hits, () => MARK.hit, touching);
+    this.#pairPlace = pair && this.#placeOf(pair, hits, contacts, touching);
     for (const [index, drawn] of this.#batches) {
       if (!drawn.object.visible) continue;
       drawn.marks.selectedInstance = instance?.batch === index ? instance.instance : -1;
+      drawn.marks.looksAtPair = pair !== null;
       drawn.paint();
     }
     for (const triangles of this.#triangles.values()) triangles.paint();
@@ -174,19 +197,20 @@ export class Stage {
     return this.#showContacts(hits, contacts, selection);
   }
 
+  // Of a pair that one looks at its contact alone.
   #showContacts(hits: Uint32Array, contacts: Float32Array | null, {pair, instance}: Selection): number {
     const all = contacts ? hitCount(hits) : 0;
-    const isOfSelected = (hit: Hit): boolean => (pair !== null && isSamePair(hit, pair)) || (instance !== null &&
+    const isOfInstance = (hit: Hit): boolean => instance !== null &&
       ((this.#batchOfSlot.get(hit.slotA) === instance.batch && hit.instanceA === instance.instance) ||
-       (this.#batchOfSlot.get(hit.slotB) === instance.batch && hit.instanceB === instance.instance)));
+       (this.#batchOfSlot.get(hit.slotB) === instance.batch && hit.instanceB === instance.instance));
     const indices: number[] = [];
     for (let i = 0; i < all; ++i) {
-      if (all <= MOST_CONTACTS || isOfSelected(hitAt(hits, i))) indices.push(i);
+      const hit = hitAt(hits, i);
+      if (pair ? isSamePair(hit, pair) : all <= MOST_CONTACTS || isOfInstance(hit)) indices.push(i);
     }
-    const size = 0.1 * this.#characterSize;
     this.#contacts.show(contacts ?? new Float32Array(0), indices, (i, out) => this.#originOfHit(hits, i, out),
-                        (i) => pair === null ? size : isSamePair(hitAt(hits, i), pair) ? 1.5 * size : 0.5 * size);
-    return all - indices.length;
+                        pair === null ? ARROW_SIZE : 2 * ARROW_SIZE);
+    return pair ? 0 : all - indices.length;
   }
 
   // Of skins triangles are marked; the whole links of hits of which no triangles are known.
@@ -206,6 +230,25 @@ export class Stage {
     }
   }
 
+  // The smaller link is red, and the other one, which may be around it, seen through; both, if they do not touch.
+  #markPair(pair: Hit, hits: Uint32Array, triangles: Uint32Array | null): void {
+    const hit = indexOfPair(hits, pair);
+    const sizes = [this.#boundsOfLink(pair.slotA, pair.instanceA, pair.linkA).radius,
+                   this.#boundsOfLink(pair.slotB, pair.instanceB, pair.linkB).radius] as const;
+    const isAround = (own: number, other: number): boolean => hit < 0 || own > other;
+    const [a, b] = [isAround(sizes[0], sizes[1]), hit < 0 || sizes[0] <= sizes[1]].map((glass) =>
+      glass ? MARK.glass : MARK.selected) as [number, number];
+    const ofPair = triangles && hit >= 0 ? trianglesOf(triangles, hit) : new Uint32Array(0);
+    for (let at = 0; at < ofPair.length; at += WORDS_PER_TRIANGLES) {
+      const leaves = ofPair[at + 1]!;
+      this.#batchAt(pair.slotA)?.markTriangle(pair.instanceA, leaves & 0xffff, ofPair[at + 2]!, MARK.selected);
+      this.#batchAt(pair.slotB)?.markTriangle(pair.instanceB, leaves >>> 16, ofPair[at + 3]!, MARK.selected);
+    }
+    const bySkin = hit >= 0 && ofPair.length === 0;
+    this.#mark(pair.slotA, pair.instanceA, pair.linkA, a, bySkin && a === MARK.selected);
+    this.#mark(pair.slotB, pair.instanceB, pair.linkB, b, bySkin && b === MARK.selected);
+  }
+
   #batchAt(slot: number): DrawnBatch | undefined {
     return this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
   }
@@ -215,6 +258,56 @@ export class Stage {
     drawn?.markLink(instance, link, value);
     if (bySkin) drawn?.markSkin(instance, link, value);
     if (drawn) this.#triangles.get(drawn.index)?.markInstance(instance, value);
+  }
+
+  #boundsOfLink(slot: number, instance: number, link: number): Bounds {
+    const bounds = new Bounds();
+    const drawn = this.#batchAt(slot);
+    if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance);
+    else drawn?.addBounds(bounds, instance, link);
+    return bounds;
+  }
+
+  // Where a pair touches: at its contact, else in the middle of its triangles, else between its links.
+  #placeOf(pair: Hit, hits: Uint32Array, contacts: Float32Array | null, triangles: Uint32Array | null): PairPlace | null {
+    const a = this.#boundsOfLink(pair.slotA, pair.instanceA, pair.linkA);
+    const b = this.#boundsOfLink(pair.slotB, pair.instanceB, pair.linkB);
+    if (a.empty && b.empty) return null;
+    const [middleA, middleB] = [a.empty ? b : a, b.empty ? a : b].map((bounds) =>
+      new THREE.Vector3(...bounds.center())) as [THREE.Vector3, THREE.Vector3];
+    const hit = indexOfPair(hits, pair);
+    const center = middleA.clone().add(middleB).divideScalar(2);
+    let radius = Math.min(a.empty ? Infinity : a.radius, b.empty ? Infinity : b.radius);
+    let normal: THREE.Vector3 | null = null;
+    const skin = new Bounds();
+    if (hit >= 0 && contacts) {
+      const at = WORDS_PER_CONTACT * hit;
+      const origin = new Float32Array(3);
+      this.#originOfHit(hits, hit, origin);
+      normal = new THREE.Vector3(...contacts.subarray(at, at + 3));
+      for (let k = 0; k < 3; ++k) {
+        center.setComponent(k, origin[k]! + (contacts[at + 4 + k]! + contacts[at + 7 + k]!) / 2);
+      }
+    } else if (hit >= 0 && triangles) {
+      const ofPair = trianglesOf(triangles, hit);
+      for (let at = 0; at < ofPair.length; at += WORDS_PER_TRIANGLES) {
+        const leaves = ofPair[at + 1]!;
+        this.#batchAt(pair.slotA)?.addTriangle(skin, pair.instanceA, leaves & 0xffff, ofPair[at + 2]!);
+        this.#batchAt(pair.slotB)?.addTriangle(skin, pair.instanceB, leaves >>> 16, ofPair[at + 3]!);
+      }
+    } else if (hit < 0) {
+      radius = Math.max(radius, middleA.distanceTo(middleB));
+    }
+    if (!skin.empty) {
+      center.set(...skin.center());
+      radius = Math.max(0.5 * radius, skin.radius);
+    }
+    return {center, radius: Math.max(radius, 0.01 * this.#characterSize), normal, a: middleA, b: middleB};
+  }
+
+  /** Where the selected pair is in the frame that is shown; null: none is selected, or it takes no part. */
+  get pairPlace(): PairPlace | null {
+    return this.#pairPlace;
   }
 
   // Contacts are relative to the origin of the first instance. Of a triangle that is the origin of the mesh.
@@ -283,20 +376,14 @@ export class Stage {
   boundsOf({pair, instance}: Selection): Bounds {
     const bounds = new Bounds();
     if (pair) {
-      this.#addLink(bounds, pair.slotA, pair.instanceA, pair.linkA);
-      this.#addLink(bounds, pair.slotB, pair.instanceB, pair.linkB);
+      bounds.add(this.#boundsOfLink(pair.slotA, pair.instanceA, pair.linkA));
+      bounds.add(this.#boundsOfLink(pair.slotB, pair.instanceB, pair.linkB));
     } else if (instance) {
       const drawn = this.#batches.get(instance.batch);
       if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance.instance);
       else drawn?.addBounds(bounds, instance.instance);
     }
     return bounds.empty ? this.bounds() : bounds;
-  }
-
-  #addLink(bounds: Bounds, slot: number, instance: number, link: number): void {
-    const drawn = this.#batches.get(this.#batchOfSlot.get(slot) ?? -1);
-    if (drawn?.isStatic) drawn.addBounds(bounds, 0, instance);
-    else drawn?.addBounds(bounds, instance, link);
   }
 
   /** Instances of a batch whose middle is at most `distance` from a point. */
@@ -336,14 +423,6 @@ export class Stage {
     return new THREE.Vector3(...drawn.positionOf(instance, 0));
   }
 
-  /** Where a link of a hit is. */
-  linkPosition(slot: number, instance: number, link: number): THREE.Vector3 | null {
-    const batch = this.#batchOfSlot.get(slot) ?? -1;
-    const drawn = this.#batches.get(batch);
-    if (!drawn || drawn.isStatic) return this.middleOf(batch, instance);
-    return drawn.isLink(instance, link) ? new THREE.Vector3(...drawn.positionOf(instance, link)) : null;
-  }
-
   batchOfSlot(slot: number): number | undefined {
     return this.#batchOfSlot.get(slot);
   }
@@ -364,6 +443,21 @@ export class Stage {
     this.#contacts.dispose();
     this.#boxes.dispose();
   }
+}
+
+// Which of the hits is of a pair; -1: none.
+function indexOfPair(hits: Uint32Array, pair: Hit): number {
+  for (let i = 0; i < hitCount(hits); ++i) if (isSamePair(hitAt(hits, i), pair)) return i;
+  return -1;
+}
+
+// The words of one hit, which lie together.
+function trianglesOf(triangles: Uint32Array, hit: number): Uint32Array {
+  let first = 0;
+  while (first < triangles.length && triangles[first]! < hit) first += WORDS_PER_TRIANGLES;
+  let end = first;
+  while (triangles[end] === hit) end += WORDS_PER_TRIANGLES;
+  return triangles.subarray(first, end);
 }
 
 /** How many instances of a batch a frame has. */

@@ -10,6 +10,8 @@ export interface PairHistory {
   batchB: number;
   /** First and last frame of each interval. */
   intervals: number[];
+  /** The deepest frame of each interval; without depths its first. */
+  worst: {frame: number; depth: number | null}[];
   frames: number;
   /** Null: no contacts are recorded. */
   worstDepth: number | null;
@@ -61,23 +63,31 @@ export class ContactIndex {
     }
   }
 
+  /** What is known of a hit's links so far, between instances of these batches. */
+  pairOf(batchA: number, hit: Hit, batchB: number): PairHistory | undefined {
+    return this.#pairs.get(keyOf(batchA, hit, batchB));
+  }
+
   #add(hit: Hit, batchOfSlot: ReadonlyMap<number, number>, frame: number, depth: number | null): void {
     const batchA = batchOfSlot.get(hit.slotA) ?? -1;
     const batchB = batchOfSlot.get(hit.slotB) ?? -1;
-    const key = `${batchA} ${hit.instanceA} ${hit.linkA} ${batchB} ${hit.instanceB} ${hit.linkB}`;
+    const key = keyOf(batchA, hit, batchB);
     const known = this.#pairs.get(key);
     if (!known) {
-      this.#pairs.set(key, {hit, batchA, batchB, intervals: [frame, frame], frames: 1, worstDepth: depth,
-                            worstFrame: frame});
+      this.#pairs.set(key, {hit, batchA, batchB, intervals: [frame, frame], worst: [{frame, depth}], frames: 1,
+                            worstDepth: depth, worstFrame: frame});
       ++this.begins[frame]!;
       return;
     }
-    const {intervals} = known;
+    const {intervals, worst} = known;
     ++known.frames;
+    const last = worst[worst.length - 1]!;
     if (intervals[intervals.length - 1] === frame - 1) {
       intervals[intervals.length - 1] = frame;
+      if (depth !== null && depth > (last.depth ?? -Infinity)) Object.assign(last, {frame, depth});
     } else {
       intervals.push(frame, frame);
+      worst.push({frame, depth});
       ++this.begins[frame]!;
     }
     if (depth !== null && depth > (known.worstDepth ?? -Infinity)) {
@@ -94,6 +104,17 @@ export class ContactIndex {
     }
     return -1;
   }
+}
+
+const keyOf = (batchA: number, {instanceA, linkA, instanceB, linkB}: Hit, batchB: number): string =>
+  `${batchA} ${instanceA} ${linkA} ${batchB} ${instanceB} ${linkB}`;
+
+/** The interval of a pair that a frame is in; null: it does not touch there. */
+export function intervalAt({intervals}: PairHistory, frame: number): {first: number; last: number} | null {
+  for (let i = 0; i < intervals.length; i += 2) {
+    if (intervals[i]! <= frame && frame <= intervals[i + 1]!) return {first: intervals[i]!, last: intervals[i + 1]!};
+  }
+  return null;
 }
 
 /** As contactFrom(), of one pair of links. */

@@ -2,13 +2,14 @@
 import {type EmbeddedRecording, fragmentOf, placeInFragment} from '../embedded.js';
 import type {EngineInPage} from '../engine/types.js';
 import type {Recording} from '../recording/types.js';
-import type {LinkRef, OpenRecording, PairRef} from '../report/types.js';
+import type {LinkRef, OpenRecording, PairRef, PictureOfRecording} from '../report/types.js';
 import type {Hit} from '../scene/hits.js';
 import {el, setText} from './dom.js';
 import {plural, wordsOf} from './format.js';
 import {makeHelp} from './help.js';
 import {Messages} from './messages.js';
 import type {CabPage} from './page_api.js';
+import {snapshot} from './snapshot.js';
 import {Viewer} from './viewer.js';
 
 export interface PageOptions {
@@ -16,8 +17,11 @@ export interface PageOptions {
   read: (bytes: Uint8Array, name: string) => Recording;
   startEngine: (recording: Recording) => Promise<EngineInPage>;
   /** Fills an element with the report that the page carries; null: it carries none. */
-  showReport: ((element: HTMLElement, open: OpenRecording) => void) | null;
+  showReport: ((element: HTMLElement, open: OpenRecording, picture: PictureOfRecording) => void) | null;
 }
+
+/** Of a report's worst contact, in pixels. */
+const PICTURE = {width: 640, height: 360};
 
 /** Something that can be opened. */
 interface Source {
@@ -67,9 +71,22 @@ export class Page implements CabPage {
       const fragment = fragmentOf({recording, frame, pair});
       if (location.hash === fragment) this.#follow();
       else location.hash = fragment;
-    });
+    }, (recording, frame, pair) => this.#pictureOf(recording, frame, pair));
     window.addEventListener('hashchange', () => this.#follow());
     this.#follow();
+  }
+
+  async #pictureOf(index: number, frame: number, pair: PairRef): Promise<string> {
+    const source = this.#sources[index];
+    if (!source) throw new Error(`there is no recording ${index}`);
+    const recording = this.#options.read(await source.bytes(), source.name);
+    const hasSkins = recording.articulations.some(({skin}) => skin !== null);
+    const engine = hasSkins ? await this.#options.startEngine(recording) : null;
+    try {
+      return await snapshot(recording, engine, frame, hitOf(pair), PICTURE.width, PICTURE.height);
+    } finally {
+      engine?.destroy();
+    }
   }
 
   // The fragment says what is shown: a recording at a frame, else the report, else the first recording.
@@ -84,6 +101,16 @@ export class Page implements CabPage {
       const opened = this.open(recording, frame);
       if (pair) void opened.then(() => this.#shown === recording && this.#viewer?.selectPair(hitOf(pair)));
     }
+  }
+
+  // The address names what is shown, so that a copy of it opens there. It makes no entries in the browser's history.
+  #setAddress(frame: number, hit: Hit | null): void {
+    if (this.#place.hidden || !this.#viewer) return;
+    const pair: PairRef | null = hit && {
+      a: [hit.slotA, hit.instanceA, hit.linkA], b: [hit.slotB, hit.instanceB, hit.linkB],
+    };
+    const fragment = fragmentOf({recording: this.#shown, frame, pair});
+    if (location.hash !== fragment) history.replaceState(history.state, '', fragment);
   }
 
   #backToReport(): void {
@@ -188,6 +215,7 @@ export class Page implements CabPage {
       messages: this.#messages,
       firstFrame: frame,
       onHelp: () => this.#showHelp(),
+      onPlace: (shown, pair) => this.#setAddress(shown, pair),
     });
     this.#viewer = viewer;
     this.#place.replaceChildren(viewer.element);
@@ -262,6 +290,10 @@ export class Page implements CabPage {
 
   get drawn(): CabPage['drawn'] {
     return this.#viewer?.drawn ?? {calls: 0, triangles: 0};
+  }
+
+  get camera(): CabPage['camera'] {
+    return this.#viewer?.camera ?? {target: [0, 0, 0], distance: 0};
   }
 
   get errors(): readonly string[] {

@@ -47,6 +47,8 @@ export interface CabPage {
   /** Pictures that were drawn in the last second. */
   readonly framesPerSecond: number;
   readonly drawn: {calls: number; triangles: number};
+  /** Where the camera looks at, relative to the scene's centre, and from how far. */
+  readonly camera: {target: readonly number[]; distance: number};
   /** In words: the problems of the recording, and what went wrong in the page. */
   readonly errors: readonly string[];
   open(recording: number): Promise<void>;

@@ -12,6 +12,8 @@ export interface PairListOptions {
   frameCount: number;
   metresPerUnit: number;
   onPick: (pair: PairHistory, frame: number) => void;
+  /** Saves all of them. */
+  onMarkers: () => void;
 }
 
 interface Row {
@@ -41,8 +43,11 @@ export class PairList {
       el('option', {value: 'deepest'}, 'deepest first'), el('option', {value: 'longest'}, 'longest first'),
       el('option', {value: 'earliest'}, 'earliest first'));
     this.element = el('section', {class: 'pair-list', 'aria-label': 'Pairs of links that touch'},
-      el('div', {class: 'filter'}, this.#filter, this.#sort), this.#summary, this.#list);
-    new ResizeObserver(() => this.#drawTimelines()).observe(this.#list);
+      el('div', {class: 'filter'}, this.#filter, this.#sort),
+      el('div', {class: 'filter'}, this.#summary, el('button', {
+        type: 'button', title: 'Save when and where all pairs touch as a CSV file', click: options.onMarkers,
+      }, 'Markers')), this.#list);
+    new ResizeObserver(() => this.drawTimelines()).observe(this.#list);
   }
 
   setPairs(pairs: readonly PairHistory[]): void {
@@ -81,7 +86,7 @@ export class PairList {
       (rest > 0 ? `; the first ${MOST_ROWS} are shown, filter for others` : ''));
     this.#rows = found.slice(0, MOST_ROWS).map((pair) => this.#row(pair));
     this.#list.replaceChildren(...this.#rows.map(({element}) => element));
-    this.#drawTimelines();
+    this.drawTimelines();
   }
 
   #row(pair: PairHistory): Row {
@@ -105,7 +110,7 @@ export class PairList {
     return {pair, element, canvas};
   }
 
-  #drawTimelines(): void {
+  drawTimelines(): void {
     for (const {canvas, pair} of this.#rows) {
       const prepared = prepareCanvas(canvas);
       if (!prepared) continue;

@@ -8,6 +8,7 @@ export class Player {
   #frame = 0;
   #playing = false;
   #secondsPerFrame: number;
+  #hasTimes: boolean;
   #times: Float64Array | null = null;
   // While playing: the time of the recording that was shown at a time of the page.
   #from = {page: 0, recording: 0};
@@ -16,6 +17,7 @@ export class Player {
   /** `secondsPerFrame` 0: unknown. */
   constructor(frameCount: number, secondsPerFrame: number, onChange: () => void) {
     this.frameCount = frameCount;
+    this.#hasTimes = secondsPerFrame > 0;
     this.#secondsPerFrame = secondsPerFrame > 0 ? secondsPerFrame : SECONDS_WITHOUT_TIMES;
     this.#onChange = onChange;
   }
@@ -33,8 +35,16 @@ export class Player {
     for (let i = 1; i < times.length; ++i) {
       if (!(times[i]! > times[i - 1]!)) return;
     }
-    if (times.length > 1) this.#times = times;
+    if (times.length > 1) {
+      this.#times = times;
+      this.#hasTimes = true;
+    }
     this.#restart();
+  }
+
+  /** Whether frames follow each other in time. Else they are states, which are shown one after the other. */
+  get hasTimes(): boolean {
+    return this.#hasTimes;
   }
 
   timeOf(frame: number): number {

@@ -5,10 +5,10 @@ import {el, prepareCanvas} from './dom.js';
 import {count, plural, seconds} from './format.js';
 import type {Player} from './player.js';
 
-const COLOR = {
-  track: '#f3f5f7', bar: '#c0392b', pair: '#1f5fbf', damaged: '#9aa4ae',
-  text: '#4a5560', behindText: 'rgb(243 245 247 / 88%)', line: '#d5dae0',
-};
+// By the names of the page's colours.
+type Color = 'shade' | 'bar' | 'pair' | 'damaged' | 'quiet' | 'line';
+
+const colorOf = (name: Color): string => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
 const PAIR_HEIGHT = 7;
 const AXIS_HEIGHT = 15;
 
@@ -65,7 +65,7 @@ export class Timeline {
     if (!prepared) return;
     const {context, width, height} = prepared;
     const bottom = height - AXIS_HEIGHT - PAIR_HEIGHT - 2;
-    context.fillStyle = COLOR.track;
+    context.fillStyle = colorOf('shade');
     context.fillRect(0, 0, width, height - AXIS_HEIGHT);
     this.#drawBars(context, width, bottom);
     if (this.#pair) drawIntervals(context, this.#pair, this.#player.frameCount, width, bottom + 2, PAIR_HEIGHT);
@@ -80,6 +80,7 @@ export class Timeline {
     const scale = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
     const columns = Math.min(Math.ceil(width), frames);
     const edge = (column: number): number => Math.round(column / columns * width);
+    const barColor = colorOf('bar'), damagedColor = colorOf('damaged');
     for (let column = 0; column < columns; ++column) {
       const first = Math.floor(column * frames / columns);
       const behind = Math.max(first + 1, Math.floor((column + 1) * frames / columns));
@@ -90,12 +91,12 @@ export class Timeline {
         bad ||= damaged[i] === 1;
       }
       if (bad) {
-        context.fillStyle = COLOR.damaged;
+        context.fillStyle = damagedColor;
         context.fillRect(edge(column), 0, edge(column + 1) - edge(column), bottom);
       }
       if (hits === 0) continue;
       const tall = Math.max(3, hits / scale * (bottom - 3));
-      context.fillStyle = COLOR.bar;
+      context.fillStyle = barColor;
       const wide = edge(column + 1) - edge(column);
       context.fillRect(edge(column), bottom - tall, wide > 4 ? wide - 1 : wide, tall);
     }
@@ -108,9 +109,9 @@ export class Timeline {
     const words = `red: hits, at most ${count(most)} per frame` +
         (this.#pair ? '; blue: the selected pair touches' : '') + (damaged.includes(1) ? '; grey: damaged' : '');
     context.font = '10px system-ui, sans-serif';
-    context.fillStyle = COLOR.behindText;
+    context.fillStyle = colorOf('shade');
     context.fillRect(2, 1, context.measureText(words).width + 6, 13);
-    context.fillStyle = COLOR.text;
+    context.fillStyle = colorOf('quiet');
     context.fillText(words, 5, 11);
   }
 
@@ -120,8 +121,8 @@ export class Timeline {
     const rough = frames / marks;
     const power = 10 ** Math.floor(Math.log10(Math.max(rough, 1)));
     const step = [1, 2, 5, 10].map((factor) => factor * power).find((value) => value >= rough) ?? power * 10;
-    context.strokeStyle = COLOR.line;
-    context.fillStyle = COLOR.text;
+    context.strokeStyle = colorOf('line');
+    context.fillStyle = colorOf('quiet');
     context.font = '10px system-ui, sans-serif';
     for (let frame = 0; frame < frames; frame += step) {
       const x = Math.round(frame / frames * width) + 0.5;
@@ -138,7 +139,7 @@ export class Timeline {
 /** Draws when a pair of links touches, as bars of at least a pixel. */
 export function drawIntervals(context: CanvasRenderingContext2D, {intervals}: PairHistory, frames: number,
                               width: number, top: number, height: number): void {
-  context.fillStyle = COLOR.pair;
+  context.fillStyle = colorOf('pair');
   for (let i = 0; i < intervals.length; i += 2) {
     const from = intervals[i]! / frames * width;
     const to = (intervals[i + 1]! + 1) / frames * width;

@@ -14,6 +14,14 @@ export interface ViewOptions {
 /** The options that are on or off. */
 export type Switch = 'leafBoxes' | 'contacts' | 'falsePositives' | 'follow';
 
+export interface ViewActions {
+  onChange: (change: Partial<ViewOptions>) => void;
+  onFit: () => void;
+  onPicture: () => void;
+  /** Begins or ends a film. Null: the browser cannot. */
+  onFilm: (() => void) | null;
+}
+
 /** What the picture has. */
 export interface Drawn extends ViewOptions {
   selectedPair: boolean;
@@ -32,9 +40,10 @@ export class ViewPanel {
   readonly #switches: Record<Switch, HTMLInputElement>;
   readonly #level: HTMLSelectElement;
   readonly #entries: Record<Entry, HTMLElement>;
+  readonly #film = el('button', {type: 'button'});
   readonly #note = el('p', {class: 'scene-note', 'aria-live': 'polite'});
 
-  constructor(onChange: (change: Partial<ViewOptions>) => void, onFit: () => void) {
+  constructor({onChange, onFit, onPicture, onFilm}: ViewActions) {
     const box = (name: Switch): HTMLInputElement => {
       const input = el('input', {type: 'checkbox', change: () => onChange({[name]: input.checked})});
       return input;
@@ -56,12 +65,17 @@ export class ViewPanel {
       check(this.#switches.follow, 'Follow', 'The camera goes along with the selected character (f)'),
       el('button', {
         type: 'button', title: 'Fit the camera to what is selected, or to everything (z)', click: onFit,
-      }, 'Fit'));
+      }, 'Fit'),
+      el('button', {type: 'button', title: 'Save what is shown as a PNG file', click: onPicture}, 'Picture'),
+      this.#film);
+    if (onFilm) this.#film.addEventListener('click', onFilm);
+    else this.#film.hidden = true;
+    this.setFilming(false);
     this.#entries = {
       hit: entry('hit', 'red: links in a hit'),
       triangles: entry('hit', 'red: triangles that touch'),
-      selectedPair: entry('selected', 'red, striped: the selected pair'),
-      falsePositives: entry('amber', 'amber, striped: false positive, boxes overlap and shapes are apart'),
+      selectedPair: entry('hit', 'red: where the selected pair touches; the larger link, and all else, is seen through'),
+      falsePositives: entry('false-positive', 'pink, striped: false positive, boxes overlap and shapes are apart'),
       masked: entry('masked', 'grey, crossed, in a cube: masked, since its pose is no pose'),
       contacts: entry('contact', 'white arrow: contact normal, from a to b'),
       leafBoxes: entry('leaf-box', 'light blue lines: leaf boxes'),
@@ -71,9 +85,15 @@ export class ViewPanel {
       el('ul', {}, ...Object.values(this.#entries)), this.#note);
   }
 
+  setFilming(filming: boolean): void {
+    setText(this.#film, filming ? 'End film' : 'Film');
+    this.#film.title = filming ? 'End the film and save it' : 'Play, and save what is shown as a WebM file';
+    this.#film.setAttribute('aria-pressed', String(filming));
+  }
+
   /** Only what is drawn is explained. */
   showLegend({selectedPair, falsePositives, masked, contacts, leafBoxes, level, triangles}: Drawn): void {
-    const drawn = {hit: !triangles, triangles, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
+    const drawn = {hit: !triangles && !selectedPair, triangles: triangles && !selectedPair, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
     for (const name of Object.keys(drawn) as (keyof typeof drawn)[]) this.#entries[name].hidden = !drawn[name];
   }
 
@@ -103,8 +123,7 @@ const css = (rgb: number): string => `#${rgb.toString(16).padStart(6, '0')}`;
 
 const SWATCHES: Record<string, string> = {
   hit: css(COLORS.hit),
-  selected: css(COLORS.hit),
-  amber: css(COLORS.falsePositive),
+  'false-positive': css(COLORS.falsePositive),
   masked: css(COLORS.masked),
   contact: css(COLORS.contact),
   'leaf-box': css(COLORS.leafBox),

@@ -1,23 +1,28 @@
 // Plays one recording: joins the scene, the panels, the keyboard and the engine in the page.
-import type {EngineInPage} from '../engine/types.js';
+import type {Vector3} from 'three';
+import {type EngineInPage, WORDS_PER_TRIANGLES} from '../engine/types.js';
 import type {Frame, Recording, Stats} from '../recording/types.js';
-import {type Hit, hitCount, isSamePair} from '../scene/hits.js';
+import {depthAt, type Hit, hitAt, hitCount, isSamePair} from '../scene/hits.js';
 import {type Label, SceneView} from '../scene/scene_view.js';
 import {countIn, type Selection, Stage} from '../scene/stage.js';
 import {aboutOf} from './about.js';
 import {BoxChooser} from './boxes_shown.js';
-import {ContactIndex, contactOfPair, type PairHistory} from './contact_index.js';
+import {ContactIndex, contactOfPair, intervalAt, type PairHistory} from './contact_index.js';
+import {ContactPanel} from './contact_panel.js';
 import {isAsRecorded} from './dial_state.js';
 import {el, setText} from './dom.js';
+import {canFilm, Film} from './film.js';
 import {count, hash, plural, timeLeft, wordsOf} from './format.js';
 import {FramePanel} from './frame_panel.js';
 import {FrameRate} from './frame_rate.js';
 import {listenToKeys} from './keyboard.js';
 import {LiveEngine} from './live_engine.js';
+import {markersOf} from './markers.js';
 import type {Messages} from './messages.js';
 import {Names} from './names.js';
 import {PairList} from './pair_list.js';
 import {Player} from './player.js';
+import {fileName, saveFile} from './save.js';
 import {makeTabs} from './tabs.js';
 import {Timeline} from './timeline.js';
 import {Transport} from './transport.js';
@@ -35,6 +40,8 @@ export interface ViewerOptions {
   messages: Messages;
   firstFrame: number;
   onHelp: () => void;
+  /** Another frame is shown for a while, or another pair is selected. */
+  onPlace: (frame: number, pair: Hit | null) => void;
 }
 
 export class Viewer {
@@ -53,6 +60,9 @@ export class Viewer {
   readonly #transport: Transport;
   readonly #pairs: PairList;
   readonly #framePanel = new FramePanel();
+  readonly #contactPanel: ContactPanel;
+  readonly #onPlace: ViewerOptions['onPlace'];
+  readonly #messages: Messages;
   readonly #viewPanel: ViewPanel;
   readonly #status = el('p', {class: 'status', role: 'status'});
   readonly #reading = el('p', {class: 'status'});
@@ -60,6 +70,9 @@ export class Viewer {
   readonly #ended = new AbortController();
   readonly #hasSkins: boolean;
   #boxes: BoxChooser | null = null;
+  /** Whether all frames are read. */
+  #isRead = false;
+  #filming: Film | null = null;
   /** The deepest level of the trees; 0: unknown. */
   #depth = 0;
   #frame: Frame | null = null;
@@ -68,13 +81,15 @@ export class Viewer {
   #selectedPair: PairHistory | null = null;
 
   /** Throws if no frame can be read, or if the browser cannot draw. */
-  constructor({recording, title, engine, messages, firstFrame, onHelp}: ViewerOptions) {
+  constructor({recording, title, engine, messages, firstFrame, onHelp, onPlace}: ViewerOptions) {
     this.#recording = recording;
     this.title = title;
+    this.#onPlace = onPlace;
+    this.#messages = messages;
     this.#hasSkins = recording.articulations.some(({skin}) => skin !== null);
     this.#names = new Names(recording);
     const samples = sampleFrames(recording);
-    this.#stage = new Stage(recording, samples);
+    this.#stage = new Stage(recording, samples, leafCount(recording, samples[0]!) > CROWD_LEAVES);
     this.player = new Player(recording.frameCount, recording.header.secondsPerFrame, () => this.#refresh());
     this.#index = new ContactIndex(recording);
     this.#timeline = new Timeline(this.player, this.#index);
@@ -84,17 +99,27 @@ export class Viewer {
       frameCount: recording.frameCount,
       metresPerUnit: recording.header.metresPerUnit,
       onPick: (pair, frame) => this.#pickPair(pair, frame),
+      onMarkers: () => this.#saveMarkers(),
+    });
+    this.#contactPanel = new ContactPanel({
+      metresPerUnit: recording.header.metresPerUnit,
+      timeOf: (frame) => this.player.hasTimes ? this.player.timeOf(frame) : null,
     });
     this.live = new LiveEngine(recording, this.#names, engine, () => this.#draw(),
                                (words) => messages.add(words, 'error'));
-    this.#viewPanel = new ViewPanel((change) => this.#setOptions(change), () => this.#fit());
+    this.#viewPanel = new ViewPanel({
+      onChange: (change) => this.#setOptions(change),
+      onFit: () => this.#fit(),
+      onPicture: () => void this.#savePicture(),
+      onFilm: canFilm() ? () => void this.#film() : null,
+    });
     const surface = el('div', {class: 'surface'});
-    this.#view = new SceneView(surface, this.#stage, leafCount(recording, samples[0]!) > CROWD_LEAVES);
+    this.#view = new SceneView(surface, this.#stage);
     this.element = el('div', {class: 'viewer'},
       el('div', {class: 'scene'}, this.#viewPanel.controls, surface, this.#viewPanel.legend),
-      el('aside', {class: 'side', 'aria-label': 'Numbers and settings'}, this.#framePanel.element,
+      el('aside', {class: 'side', 'aria-label': 'Numbers and settings'}, this.#contactPanel.element,
         makeTabs([['Contacts', this.#pairs.element], ['The dial', this.live.panel.element],
-                  ['About', aboutOf(recording)]])),
+                  ['About', el('div', {}, this.#framePanel.element, aboutOf(recording))]])),
       el('div', {class: 'bottom'}, this.#timeline.element,
         el('div', {class: 'row'}, this.#transport.element, this.#reading, this.#status)));
     this.#listen(surface, onHelp);
@@ -121,6 +146,11 @@ export class Viewer {
     return this.#rate.perSecond(performance.now());
   }
 
+  get camera(): {target: readonly number[]; distance: number} {
+    const {camera, target} = this.#view.viewpoint;
+    return {target: target.toArray(), distance: camera.position.distanceTo(target)};
+  }
+
   get drawn(): {calls: number; triangles: number} {
     return this.#view.drawn;
   }
@@ -132,6 +162,7 @@ export class Viewer {
       this.#timeline.draw();
     }, this.#ended.signal);
     if (this.#ended.signal.aborted) return;
+    this.#isRead = true;
     this.player.setTimes(this.#index.times);
     this.#timeline.draw();
     this.#pairs.setPairs(this.#index.pairs);
@@ -141,7 +172,7 @@ export class Viewer {
   #tick(now: number): void {
     if (this.#ended.signal.aborted) return;
     this.player.tick(now);
-    if (this.#view.render()) this.#rate.add(performance.now());
+    if (this.#view.render(now)) this.#rate.add(performance.now());
     requestAnimationFrame((next) => this.#tick(next));
   }
 
@@ -163,6 +194,8 @@ export class Viewer {
     this.#framePanel.show(this.#frame, this.player.timeOf(frame));
     this.live.show(this.#frame, playing);
     this.#draw();
+    if (!playing) this.#onPlace(frame, this.#selection.pair);
+    if (this.#filming && !playing) void this.#film();
   }
 
   // Shows the frame as it was recorded, or what other settings of the dial found.
@@ -197,8 +230,73 @@ export class Viewer {
       masked: this.#stage.masked.length > 0, triangles: triangles !== null,
     });
     this.#showLabels();
+    this.#showContact(frame, shown, triangles);
     this.#view.describe(`The scene at frame ${frame.index}: ${plural(hitCount(shown.hits), 'hit')}`);
     this.#view.invalidate();
+  }
+
+  // The selected pair, else the worst one of the frame: the deepest, or that of most triangles.
+  #showContact(frame: Frame, {hits, contacts}: Pick<Frame, 'hits' | 'contacts'>, triangles: Uint32Array | null): void {
+    const total = hitCount(hits), {pair} = this.#selection;
+    const counts = triangles && countsOf(triangles, total);
+    const badness = (i: number): number => contacts ? depthAt(contacts, i) : counts?.[i] ?? 0;
+    let hit = -1;
+    for (let i = 0; i < total; ++i) {
+      if (pair ? isSamePair(hitAt(hits, i), pair) : hit < 0 || badness(i) > badness(hit)) hit = i;
+    }
+    const links = pair ?? (hit >= 0 ? hitAt(hits, hit) : null);
+    if (!links) {
+      this.#contactPanel.show(frame.index, null, 0);
+      return;
+    }
+    const batches = [links.slotA, links.slotB].map((slot) => this.#stage.batchOfSlot(slot) ?? -1) as [number, number];
+    const history = this.#selectedPair ?? this.#index.pairOf(batches[0], links, batches[1]);
+    const isRead = this.#isRead && history !== undefined;
+    this.#contactPanel.show(frame.index, {
+      name: history ? this.#names.pair(history.batchA, links, history.batchB) :
+        this.#names.pair(batches[0], links, batches[1]),
+      isSelected: pair !== null,
+      touches: hit >= 0,
+      depth: hit >= 0 && contacts ? depthAt(contacts, hit) : null,
+      triangles: hit >= 0 && counts ? counts[hit]! : null,
+      interval: isRead ? intervalAt(history, frame.index) : null,
+      frames: isRead ? history.frames : null,
+      worst: isRead && history.worstDepth !== null ? {frame: history.worstFrame, depth: history.worstDepth} : null,
+    }, total - (hit >= 0 ? 1 : 0));
+  }
+
+  async #savePicture(): Promise<void> {
+    try {
+      saveFile(await this.#view.picture(), `${fileName(this.title)}_${this.player.frame}.png`);
+    } catch (error) {
+      this.#messages.add(`There is no picture: ${wordsOf(error)}`, 'error');
+    }
+  }
+
+  #saveMarkers(): void {
+    const {times} = this.#index;
+    const text = markersOf(this.#recording, this.title, this.#names, this.#index.pairs, times);
+    saveFile(new Blob([text], {type: 'text/csv'}), `${fileName(this.title)}_contacts.csv`);
+  }
+
+  // Begins a film of what is played, or ends it.
+  async #film(): Promise<void> {
+    const film = this.#filming;
+    if (film) {
+      this.#filming = null;
+      this.#viewPanel.setFilming(false);
+      this.player.pause();
+      saveFile(await film.stop(), `${fileName(this.title)}.webm`);
+      return;
+    }
+    try {
+      this.#filming = new Film(this.#view.canvas);
+    } catch (error) {
+      this.#messages.add(`There is no film: ${wordsOf(error)}`, 'error');
+      return;
+    }
+    this.#viewPanel.setFilming(true);
+    this.player.play();
   }
 
   // Returns what is left out, in words.
@@ -237,14 +335,16 @@ export class Viewer {
     if (instance && position) {
       labels.push({text: this.#names.instance(instance.batch, instance.instance), position, kind: 'selected'});
     }
-    if (pair && this.#selectedPair) {
+    const place = this.#stage.pairPlace;
+    if (pair && this.#selectedPair && place) {
       const {batchA, batchB} = this.#selectedPair;
-      const a = this.#stage.linkPosition(pair.slotA, pair.instanceA, pair.linkA);
-      const b = this.#stage.linkPosition(pair.slotB, pair.instanceB, pair.linkB);
-      if (a) labels.push({text: `a: ${this.#names.place(batchA, pair.instanceA, pair.linkA)}`, position: a,
-                          kind: 'selected'});
-      if (b) labels.push({text: `b: ${this.#names.place(batchB, pair.instanceB, pair.linkB)}`, position: b,
-                          kind: 'selected'});
+      // In the picture, though the middle of a link may be out of it.
+      const near = (middle: Vector3): Vector3 =>
+        middle.clone().sub(place.center).clampLength(0, place.radius).add(place.center);
+      labels.push({text: `a: ${this.#names.place(batchA, pair.instanceA, pair.linkA)}`, position: near(place.a),
+                   kind: 'selected'},
+                  {text: `b: ${this.#names.place(batchB, pair.instanceB, pair.linkB)}`, position: near(place.b),
+                   kind: 'selected'});
     }
     this.#view.setLabels(labels);
   }
@@ -256,7 +356,17 @@ export class Viewer {
     this.#draw();
   }
 
+  // To where the selected pair touches.
+  #fly(): void {
+    const place = this.#stage.pairPlace;
+    if (place) this.#view.viewpoint.flyTo(place.center, place.radius, place.normal);
+  }
+
   #fit(): void {
+    if (this.#stage.pairPlace) {
+      this.#fly();
+      return;
+    }
     this.#view.viewpoint.fit(this.#stage.boundsOf(this.#selection), true);
     this.#view.invalidate();
   }
@@ -269,6 +379,10 @@ export class Viewer {
     this.player.pause();
     this.player.goTo(frame);
     this.#draw();
+    this.#fly();
+    // Where the list is below the scene.
+    this.#view.canvas.parentElement?.scrollIntoView({block: 'nearest'});
+    this.#onPlace(this.player.frame, pair.hit);
   }
 
   /** Selects a pair of links once all frames are read, if it touches in any of them. */
@@ -290,6 +404,7 @@ export class Viewer {
     this.#pairs.select(null);
     this.#timeline.setPair(null);
     this.#draw();
+    this.#onPlace(this.player.frame, null);
   }
 
   /** To the next contact or the one before, of the selected pair if there is one. Returns the frame; -1: none. */
@@ -298,8 +413,12 @@ export class Viewer {
     const to = this.#selectedPair ? contactOfPair(this.#selectedPair, frame, forward) :
                                     this.#index.contactFrom(frame, forward);
     this.player.pause();
-    if (to >= 0) this.player.goTo(to);
-    else this.#setStatus(`There is no ${forward ? 'later' : 'earlier'} contact.`);
+    if (to >= 0) {
+      this.player.goTo(to);
+      this.#fly();
+    } else {
+      this.#setStatus(`There is no ${forward ? 'later' : 'earlier'} contact.`);
+    }
     return to;
   }
 
@@ -312,6 +431,10 @@ export class Viewer {
       const picked = this.#view.pick(clientX, clientY);
       if (picked) this.select(picked.batch, picked.instance);
       else this.#clearSelection();
+    }, {signal});
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
+      this.#timeline.draw();
+      this.#pairs.drawTimelines();
     }, {signal});
     const toggle = (name: Switch) => (): void => this.#setOptions({[name]: !this.#options[name]});
     listenToKeys({
@@ -362,6 +485,13 @@ function sampleFrames(recording: Recording): Frame[] {
   }
   if (frames.length === 0) throw reason;
   return frames;
+}
+
+// How many triangles each hit has.
+function countsOf(triangles: Uint32Array, hits: number): Uint32Array {
+  const counts = new Uint32Array(hits);
+  for (let at = 0; at < triangles.length; at += WORDS_PER_TRIANGLES) ++counts[triangles[at]!]!;
+  return counts;
 }
 
 // How many leaves a frame has.
