@@ -51,17 +51,19 @@ LinkPlace place_of(const InputsOfSlots& slots, BatchSlot slot, std::uint32_t ins
 }
 
 // What an instance's contacts are relative to. Of a triangle that is the origin of the mesh.
-const double* origin_of(const record::Recording& recording, const BatchInput& input, std::uint32_t instance) {
-  static constexpr double kNone[3] = {0, 0, 0};
+scenes::Vec3 origin_of(const record::Recording& recording, const BatchInput& input, std::uint32_t instance) {
+  const auto copied = [](const double* origin) { return scenes::Vec3{origin[0], origin[1], origin[2]}; };
   const record::RecordedBatch batch = recording.batch(batch_index(input));
-  if (!batch.is_static) return input.origins.empty() ? kNone : input.origins.data + 3 * std::size_t{instance};
-  const StaticDesc& desc = batch.static_desc;
-  return instance < desc.bodies.size ? desc.bodies[instance].origin : desc.origin;
+  if (batch.is_static) {
+    const StaticDesc& desc = batch.static_desc;
+    return copied(instance < desc.bodies.size ? desc.bodies[instance].origin : desc.origin);
+  }
+  return input.origins.empty() ? scenes::Vec3{0, 0, 0} : copied(input.origins.data + 3 * std::size_t{instance});
 }
 
 // The middle of a contact's two points.
-WorldPoint point_of(const Contact& contact, const double* origin, double metres_per_unit) {
-  const auto middle = [&](int k) {
+WorldPoint point_of(const Contact& contact, const scenes::Vec3& origin, double metres_per_unit) {
+  const auto middle = [&](std::size_t k) {
     const double points = static_cast<double>(contact.point_a[k]) + static_cast<double>(contact.point_b[k]);
     return metres_per_unit * (origin[k] + points / 2);
   };

@@ -164,6 +164,72 @@ TEST_CASE("depths are in metres where the unit is known, and none is made up") {
   CHECK_FALSE(result.file.has_depths);
 }
 
+// A character between a static body and a triangle of a static mesh, and another character.
+TEST_CASE("the point of a contact is in the world, in metres, whatever its first link is of") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.cab";
+  record::Recorder recorder;
+  const auto must = [&](bool ok) {
+    INFO(recorder.error());
+    REQUIRE(ok);
+  };
+  record::RecorderOptions options;
+  options.metres_per_unit = 0.5;
+  must(recorder.open(path.c_str(), options));
+  StaticBody body;
+  body.origin[0] = 100;
+  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const std::uint32_t triangle[] = {0, 1, 2};
+  StaticDesc level;
+  level.bodies = {&body, 1};
+  level.vertices = vertices;
+  level.triangles = triangle;
+  level.origin[1] = 200;
+  const std::int32_t parents[] = {-1};
+  Leaf leaf;
+  ArticulationDesc desc;
+  desc.link_parents = parents;
+  desc.leaves = {&leaf, 1};
+  constexpr BatchId kLevel = {1}, kPeople = {2};
+  must(recorder.add_static_batch(kLevel, level));
+  must(recorder.add_articulation({1}, desc));
+  must(recorder.add_batch(kPeople, {{1}, 2}));
+  const std::vector<float> poses = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  const std::vector<double> origins = {7, 8, 9, 0, 0, 300};
+  BatchInput inputs[2];
+  inputs[0].batch = kLevel;
+  inputs[1].batch = kPeople;
+  inputs[1].poses.data = poses.data();
+  inputs[1].origins = origins;
+  Hit hits[] = {{slot_of(kLevel), 0, slot_of(kPeople), 0, 0, 0, 0, 0},
+                {slot_of(kLevel), 1, slot_of(kPeople), 0, 0, 0, 0, 0},
+                {slot_of(kPeople), 1, slot_of(kPeople), 0, 0, 0, 0, 0}};
+  Contact contacts[3] = {};
+  for (Contact& contact : contacts) {
+    contact.normal[0] = 1;
+    contact.depth = 1;
+    contact.point_a[0] = 2;
+    contact.point_b[0] = 4;
+    contact.point_b[2] = -2;
+  }
+  FrameJob job;
+  job.inputs = inputs;
+  job.hits = hits;
+  job.contacts = contacts;
+  job.hit_count = 3;
+  must(recorder.add_frame(job, 0));
+  must(recorder.close());
+  const std::vector<perf::Interval> intervals = read(path).intervals;
+  REQUIRE(intervals.size() == 3);
+  const double expected[3][3] = {{51.5, 0, -0.5}, {1.5, 100, -0.5}, {1.5, 0, 149.5}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CAPTURE(i);
+    CHECK(intervals[i].worst_point.x == expected[i][0]);
+    CHECK(intervals[i].worst_point.y == expected[i][1]);
+    CHECK(intervals[i].worst_point.z == expected[i][2]);
+  }
+}
+
 TEST_CASE("of a recording that is cut off or damaged what is whole is read, and the rest is told") {
   const TemporaryFolder folder;
   const std::string path = folder / "a.cab";
