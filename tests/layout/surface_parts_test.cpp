@@ -16,7 +16,9 @@ struct Built {
   Arena arena{default_allocator()};
   Articulation articulation;
 
-  explicit Built(const SkinRig& rig) { require(build_articulation(rig.desc(), arena, &articulation, nullptr)); }
+  explicit Built(const SkinRig& rig) {
+    REQUIRE(build_articulation(rig.desc(), arena, &articulation, nullptr) == Status::kOk);
+  }
   const SurfaceParts& parts() const { return articulation.surface_parts; }
 };
 

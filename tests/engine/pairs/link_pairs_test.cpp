@@ -52,7 +52,9 @@ struct Listed {
 
   Pairs pairs(std::uint32_t instance_a, std::uint32_t instance_b, const std::vector<LeafPair>& links, Exact exact,
               Report report = Report::kHits) {
-    const FrameContext frame = context_of(*engine, {Refit::kCab, Strategy::kLinks, exact}, 0, report);
+    FrameJob job;
+    job.report = report;
+    const FrameContext frame = context_of(*engine, {Refit::kCab, Strategy::kLinks, exact}, job);
     Call call(*engine);
     call.bind(input);
     InstanceBatch& batch = engine->batch({1});

@@ -41,7 +41,7 @@ struct Slots {
   }
 
   PosedSet& set() { return engine->pool[0].pairs.posed; }
-  FrameContext frame() { return context_of(*engine, kRows, 0, Report::kHits); }
+  FrameContext frame() { return context_of(*engine, kRows, FrameJob()); }
   std::uint32_t acquire(std::uint32_t batch, std::uint32_t instance) {
     return acquire_slot(frame(), batch, instance, set());
   }
