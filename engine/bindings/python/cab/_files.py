@@ -123,7 +123,9 @@ def state_array(variables: Sequence[Variable], states: StatesLike) -> Float64Arr
         return states
     count = len(variables)
     if not isinstance(states, Mapping):
-        is_one = isinstance(states, (list, tuple, np.ndarray)) and len(states) == count and np.ndim(states[0]) == 0
+        is_one = (
+            isinstance(states, (list, tuple, np.ndarray)) and len(states) == count > 0 and np.ndim(states[0]) == 0
+        )
         array: Float64Array = small_array(
             [states] if is_one else states, "f8", "states", (None, count), f"(n, {count}) or ({count},)"
         )
@@ -136,11 +138,13 @@ def state_array(variables: Sequence[Variable], states: StatesLike) -> Float64Arr
         small_array(np.atleast_1d(np.asarray(states.get(name, rest))), "f8", f"states[{name!r}]", (None,), "(n,)")
         for name, _, _, rest in variables
     ]
-    longest = max(map(len, columns), default=1)
-    for name, column in zip(names, columns):
+    longest = max((len(column) for column in columns if len(column) != 1), default=1)  # 0 where a name has no states
+    array = np.empty((longest, count))
+    for k, (name, column) in enumerate(zip(names, columns)):
         if len(column) not in (1, longest):
             raise ValueError(f"states[{name!r}]: one number or {longest} are wanted, and {len(column)} are given")
-    return np.stack([np.broadcast_to(column, longest) for column in columns], axis=-1)
+        array[:, k] = column
+    return array
 
 
 class Robot:
@@ -156,7 +160,7 @@ class Robot:
     reason. A pickle has the paths, and what reads it reads the files again.
 
     States are (n, variables) in the order of `variables`; or one state (variables,); or by names, such as
-    `{"elbow": [0.1, 0.2]}`, where variables that are not named have their value at rest.
+    `{"elbow": [0.1, 0.2]}`, where variables that are not named have their value at rest. An empty list is no state.
     """
 
     __slots__ = ("_arguments", "_data", "_body", "_variables", "_lock", "_checker")

@@ -369,6 +369,34 @@ def test_states_are_given_as_arrays_one_alone_or_by_names(arm):
             arm.states(bad)
 
 
+def test_no_states_have_no_answers_however_they_are_given(arm):
+    for none in ([], (), np.empty((0, 2)), {"elbow": []}, {"elbow": np.empty(0), "shoulder": 0.5}):
+        assert arm.states(none).shape == (0, 2)
+        assert arm.collides(none).shape == arm.hits(none).shape == arm.clearance(none).shape == (0,)
+        assert arm.edges(none, none).shape == (0,) and arm.poses(none).shape == (0, len(arm.body.names), 7)
+    with pytest.raises(ValueError, match="one number or 2 are wanted, and 0 are given"):
+        arm.states({"elbow": [], "shoulder": [1, 2]})
+
+
+@pytest.mark.parametrize("apart, touches", [(0.5, True), (3, False)])
+def test_a_robot_without_variables_has_states_without_numbers(tmp_path, apart, touches):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    shape = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    (tmp_path / "still.urdf").write_text(
+        f'<robot name="still"><link name="a">{shape}</link><link name="b">{shape}</link><joint name="j" type="fixed">'
+        f'<parent link="a"/><child link="b"/><origin xyz="{apart} 0 0"/></joint></robot>'
+    )
+    robot = cab.Robot(tmp_path / "still.urdf")
+    checker = cab.CollisionChecker(robot, ignored=np.empty((0, 2), dtype=np.uint32))
+    assert robot.variables == ()
+    for states, count in (([], 0), ((), 0), ({}, 1), ([robot.rest()], 1), ([[], []], 2), (np.empty((40, 0)), 40)):
+        assert robot.states(states).shape == (count, 0) and robot.states(states).dtype == np.float64
+        assert checker.collides(states).tolist() == [touches] * count
+        assert len(checker.hits(states)) == count * touches
+        assert robot.poses(states).shape == (count, 2, 7)
+
+
 def test_what_is_not_tested_or_no_state_is_an_error(arm):
     states = np.zeros((2000, 2))
     states[1900, 1] = np.nan
