@@ -153,8 +153,8 @@ def _check_version(versions: Versions, worker: str) -> None:
         raise ClusterError(f"{worker} has other versions than this process: {differs}")
 
 
-def _run_on_worker(task: List[Item]) -> Report:
-    return run_items(task, get_worker().local_directory)
+def _run_on_worker(task: List[Item], most_seconds: Optional[float]) -> Report:
+    return run_items(task, get_worker().local_directory, most_seconds)
 
 
 class Dispatcher:
@@ -165,8 +165,12 @@ class Dispatcher:
     rows cannot be fetched is treated alike, so that none is computed again and again.
     """
 
-    def __init__(self, client: Client, finished: Callable[[List[Row]], None], progress: Progress) -> None:
+    def __init__(
+        self, client: Client, finished: Callable[[List[Row]], None], progress: Progress,
+        most_seconds: Optional[float] = None,
+    ) -> None:
         self._client, self._finished, self._progress = client, finished, progress
+        self._most_seconds = most_seconds
         self._most_workers = 0
         self._alone_since: Optional[float] = None  # since when there is no worker
         self._threads = self._keep_workers()  # of all workers, as the scheduler said last
@@ -189,7 +193,8 @@ class Dispatcher:
             self._running.clear()
 
     def _submit(self, task: List[Item]) -> None:
-        future = self._client.submit(_run_on_worker, task, key=f"cab-scan-{id(self)}-{next(self._numbers)}", pure=False)
+        key = f"cab-scan-{id(self)}-{next(self._numbers)}"
+        future = self._client.submit(_run_on_worker, task, self._most_seconds, key=key, pure=False)
         self._running[future] = task
 
     def _collect(self) -> None:
@@ -242,11 +247,13 @@ class Dispatcher:
         self._progress.advance(item.size)
 
 
-def dispatch(client: Client, items: Sequence[Item], finished: Callable[[List[Row]], None]) -> None:
-    """Runs items to their end, with a line of progress."""
+def dispatch(
+    client: Client, most_seconds: Optional[float], items: Sequence[Item], finished: Callable[[List[Row]], None]
+) -> None:
+    """Runs items to their end, with a line of progress. One that takes so many seconds ends its worker."""
     progress = Progress(sum(item.size for item in items))
     try:
-        Dispatcher(client, finished, progress).run(items)
+        Dispatcher(client, finished, progress, most_seconds).run(items)
     finally:
         progress.close()
 

@@ -6,14 +6,15 @@ import functools
 import importlib.util
 import os
 import sys
-from typing import Iterator, List, Optional, Sequence
+from typing import Dict, Iterator, List, Optional, Sequence
 
 import cab
 
 from . import corpus, export, local, options, outputs, plan, policies, robot_scan, stopping, summary
 from .printable import tell
+from .recordings import RECORDED
 from .sequences import LoaderError, loader_sha256
-from .table import Table, TableError
+from .table import Table, TableError, reserved
 from .work import PAIRS, RECORDING, SELF, ClusterError, Dispatch, TestOptions
 
 
@@ -39,7 +40,6 @@ def run(words: Optional[Sequence[str]]) -> int:
 def _scan(chosen: argparse.Namespace) -> int:
     given = {name: getattr(chosen, name, None) or "" for name in corpus.READERS}
     for_all = corpus.with_options(plan.DEFAULT_FILE_OPTIONS, given, "")
-    texts = [policies.policies_text(one) for one in _policies(chosen, "surface" if for_all.surface else "convex")]
     root = os.path.abspath(chosen.root) if chosen.root else ""
     suffixes = {"recordings": corpus.RECORDING_SUFFIXES, "robot": robot_scan.SUFFIXES}
     found = corpus.find(
@@ -59,11 +59,12 @@ def _scan(chosen: argparse.Namespace) -> int:
     stopping.raise_from_now_on()
     with contextlib.closing(Table(chosen.table)) as table:
         if chosen.what == "robot":
-            scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], texts[0], table)
+            (text,) = _policies(chosen, has_surface=False)
+            scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], text, table)
             with _workers(chosen) as dispatch:
                 scan.run(dispatch)
         else:
-            _scan_files(chosen, entries, texts, table)
+            _scan_files(chosen, entries, table)
         if written:
             export.write_csv_files(table, written)
         has_errors = summary.tell(table, written, chosen.what)
@@ -74,7 +75,7 @@ def _merge(chosen: argparse.Namespace) -> int:
     written = export.csv_files(chosen.csv) if chosen.csv else []
     outputs.check(chosen.table, written, chosen.paths)
     stopping.raise_from_now_on()
-    with contextlib.closing(Table(chosen.table)) as table:
+    with reserved(chosen.paths), contextlib.closing(Table(chosen.table)) as table:
         for path in chosen.paths:
             table.merge(path)
         if written:
@@ -86,12 +87,11 @@ def _given_files(chosen: argparse.Namespace) -> List[str]:
     return [path for path in (getattr(chosen, "srdf", ""), getattr(chosen, "motion", "")) if path]
 
 
-def _policies(chosen: argparse.Namespace, exact: str) -> List[cab.Policies]:
-    try:
-        made = [policies.choose_policies(words, exact) for words in options.policy_words(chosen)]
-    except ValueError as error:
-        raise corpus.CorpusError(f"--policies: {error}") from error
-    return list(dict.fromkeys(made))
+def _policies(chosen: argparse.Namespace, has_surface: bool) -> List[str]:
+    """Those of files with surfaces, or of others, as texts: the exact test is theirs if no words name one."""
+    exact = "surface" if has_surface else "convex"
+    made = [policies.choose_policies(words, exact) for words in options.policy_words(chosen)]
+    return list(dict.fromkeys(map(policies.policies_text, made)))
 
 
 def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.Entry]:
@@ -103,22 +103,20 @@ def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.E
     return named + (corpus.pair_up(rest, pattern) if pattern else [])
 
 
-def _scan_files(
-    chosen: argparse.Namespace, entries: Sequence[corpus.Entry], texts: Sequence[str], table: Table
-) -> None:
+def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], table: Table) -> None:
     if chosen.what == "recordings":
-        what, texts = RECORDING, ["as recorded"]
+        what, texts = RECORDING, dict.fromkeys((False, True), [RECORDED])
         test = TestOptions(intervals=not chosen.no_contacts, command=os.environ.get("CAB_COMMAND", ""))
     else:
-        what = PAIRS if chosen.what == "pairs" else SELF
+        what, texts = PAIRS if chosen.what == "pairs" else SELF, {has: _policies(chosen, has) for has in (False, True)}
         test = TestOptions(
             chosen.min_depth, chosen.gap, getattr(chosen, "hops", TestOptions.hops), not chosen.no_contacts,
             chosen.loader, loader_sha256(chosen.loader) if chosen.loader else "",
         )
-    items = plan.make_items(entries, what, texts, test, table, chosen.again)
+    items = plan.make_items(entries, what, [texts[entry.has_surface] for entry in entries], test, table, chosen.again)
     with _workers(chosen) as dispatch:
         dispatch(items, table.add)
-    summary.tell_unnamed(table, [item.key(text) for item in items for text in texts])
+    summary.tell_unnamed(table, [item.key(text) for item in items for text in item.policies])
 
 
 @contextlib.contextmanager
@@ -130,15 +128,15 @@ def _workers(chosen: argparse.Namespace) -> Iterator[Dispatch]:
             "sources of cab installs it)"
         )
     if not has_dask:
-        with local.pool(chosen.workers, chosen.memory) as pool:
+        with local.pool(chosen.workers, chosen.memory, chosen.most_seconds) as pool:
             yield pool.dispatch
         return
     from . import cluster  # late, since it needs Dask
 
     if chosen.scheduler:
-        workers = cluster.workers_of(chosen.scheduler)
+        workers, most_seconds = cluster.workers_of(chosen.scheduler), None  # the scheduler says what ends its workers
     else:
-        workers = cluster.local_workers(chosen.workers, chosen.memory)
+        workers, most_seconds = cluster.local_workers(chosen.workers, chosen.memory), chosen.most_seconds
     with workers as client:
         cluster.check_versions(client)
-        yield functools.partial(cluster.dispatch, client)
+        yield functools.partial(cluster.dispatch, client, most_seconds)

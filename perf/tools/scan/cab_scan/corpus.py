@@ -39,6 +39,11 @@ class Entry(NamedTuple):
     other: Optional[Source]
     part: str
 
+    @property
+    def has_surface(self) -> bool:
+        """Whether one of its characters is the triangles of meshes."""
+        return any(source.options.surface for source in (self.source, self.other) if source)
+
 
 class Found(NamedTuple):
     """The files, in order and each once; what was not found; what the files cab-scan.csv say; and all that is read."""
@@ -163,11 +168,17 @@ READERS: Dict[str, Callable[[str], object]] = {
 
 
 def with_options(options: FileOptions, values: Dict[str, str], folder: str) -> FileOptions:
-    """Options changed by texts. Empty ones change nothing. A path in `motion` starts at the folder."""
+    """Options changed by texts. Empty ones change nothing. A path in `motion` starts at the folder.
+
+    ValueError for a text that is wrong, and for options that exclude each other.
+    """
     read = {name: READERS[name](text) for name, text in values.items() if name in READERS and text}
     if "motion" in read:
         read["motion"] = os.path.join(folder, str(read["motion"]))
-    return dataclasses.replace(options, **read)
+    made = dataclasses.replace(options, **read)
+    if made.skin and made.surface:
+        raise ValueError("skin makes hulls about the meshes and surface their triangles; choose one of them")
+    return made
 
 
 class _Line(NamedTuple):

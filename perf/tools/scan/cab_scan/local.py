@@ -2,6 +2,7 @@
 
 import collections
 import contextlib
+import functools
 import multiprocessing
 import os
 import resource
@@ -30,11 +31,12 @@ def bytes_of(size: str) -> int:
 class _Worker:
     """A process, and the task that it does."""
 
-    def __init__(self, memory: int, folder: str) -> None:
+    def __init__(self, memory: int, most_seconds: float, parent: str) -> None:
+        self._folder = tempfile.mkdtemp(dir=parent)
         # A new Python, which has no file of this one open, such as the lock of the table.
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
-        self.process = context.Process(target=_work, args=(other, memory, folder))
+        self.process = context.Process(target=_work, args=(other, memory, most_seconds, self._folder))
         stopping.without_interrupts(self.process.start)
         other.close()
         self.task: Optional[List[Item]] = None
@@ -52,30 +54,38 @@ class _Worker:
         return None
 
     def end(self) -> None:
+        """Ends it and the processes that it started, and removes its temporary files."""
+        if self.process.pid:
+            with contextlib.suppress(ProcessLookupError):  # it may have made no group yet
+                os.killpg(self.process.pid, signal.SIGKILL)
         self.process.kill()
         self.process.join()
         self.pipe.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
 
 
-def _work(pipe: Connection, memory: int, folder: str) -> None:
+def _work(pipe: Connection, memory: int, most_seconds: float, folder: str) -> None:
+    os.setpgid(0, 0)  # a group of its own, in which the processes that it starts are
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the scan's own process ends this one
-    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    most = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     with contextlib.suppress(EOFError, OSError):
         while True:
-            pipe.send(run_items(pipe.recv(), folder))
+            pipe.send(run_items(pipe.recv(), folder, most_seconds))
 
 
 class Pool:
-    """So many processes, each with bounded memory. One that dies is replaced.
+    """So many processes, each with bounded memory and, for each item, time. One that dies is replaced.
 
     A task whose worker dies is taken apart, and its items run alone, one after the other with nothing beside them: what
     kills a worker then is its own row, and nothing else is blamed.
     """
 
-    def __init__(self, count: int, memory: int) -> None:
-        self._memory = memory
+    def __init__(self, count: int, memory: int, most_seconds: float) -> None:
         self._folder = tempfile.mkdtemp(prefix="cab-scan-")
-        self._workers = [_Worker(memory, self._folder) for _ in range(count)]
+        self._new_worker = functools.partial(_Worker, memory, most_seconds, self._folder)
+        self._workers = [self._new_worker() for _ in range(count)]
         self._suspects: Deque[Item] = collections.deque()
 
     def close(self) -> None:
@@ -111,7 +121,7 @@ class Pool:
         is_suspect = bool(self._suspects) and task == [self._suspects[0]]
         if report is None:
             worker.end()
-            self._workers[place] = _Worker(self._memory, self._folder)
+            self._workers[place] = self._new_worker()
             if not is_suspect:
                 self._suspects.extend(task)
                 return
@@ -122,10 +132,10 @@ class Pool:
 
 
 @contextlib.contextmanager
-def pool(count: int, memory: str) -> Iterator[Pool]:
+def pool(count: int, memory: str, most_seconds: float) -> Iterator[Pool]:
     """A pool, which is closed whatever happens."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # as Dask has it: threads of NumPy's libraries take memory and cores
     resource_tracker.ensure_running()  # it lets interrupts through to the thread that starts it
-    with stopping.cleaning(lambda: Pool(count, bytes_of(memory)), Pool.close) as made:
+    with stopping.cleaning(lambda: Pool(count, bytes_of(memory), most_seconds), Pool.close) as made:
         yield made

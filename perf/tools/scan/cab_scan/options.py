@@ -4,8 +4,9 @@ import argparse
 import re
 from typing import List, Optional, Sequence, Tuple
 
-from .corpus import READERS
-from .work import TestOptions
+from .corpus import READERS, with_options
+from .policies import choose_policies
+from .work import FileOptions, TestOptions
 
 _DESCRIPTION = """Scans a corpus: which links touch, in which file, when and how deep. The result is one SQLite table.
 Work that is in the table is not done again; docs/scale.md says what the columns mean. Workers are Dask's where it is
@@ -95,6 +96,11 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--memory", metavar="SIZE", type=_memory, default="2GB",
         help="of a process of this machine (default 2GB); one that takes more is replaced",
+    )
+    group.add_argument(
+        "--most-seconds", metavar="N", type=_Count(1, 1 << 24), default=3600,
+        help="for a file, or a chunk of states, on this machine (default %(default)s); a process that takes longer is "
+        "replaced",
     )
 
 
@@ -209,7 +215,27 @@ def parse(words: Optional[Sequence[str]], version: str) -> argparse.Namespace:
     options = parser.parse_args(words)
     if options.what != "merge" and not options.paths and not options.lists:
         parser.error(f"{options.what}: give a PATH or a --list")
+    try:
+        _check_together(options)
+    except ValueError as error:
+        parser.error(f"{options.what}: {error}")
     return options
+
+
+def _check_together(options: argparse.Namespace) -> None:
+    """Raises ValueError for options that no file could be tested with."""
+    given = {name: getattr(options, name, None) or "" for name in READERS}
+    has_surface = with_options(FileOptions(), given, "").surface
+    min_depth = getattr(options, "min_depth", 0)
+    for words in policy_words(options):
+        try:
+            exact = choose_policies(words, "surface" if has_surface else "convex").exact
+        except ValueError as error:
+            raise ValueError(f"--policies: {error}") from error
+        if has_surface and exact not in ("surface", "none"):
+            raise ValueError(f"--surface yes is tested with exact=surface or none, not exact={exact}")
+        if min_depth and exact in ("surface", "none"):
+            raise ValueError(f"--min-depth wants depths, and exact={exact} has none")
 
 
 def policy_words(options: argparse.Namespace) -> List[Optional[str]]:

@@ -17,17 +17,17 @@ _TASK_BYTES, _TASK_ITEMS = 8 << 20, 64
 
 
 def make_items(
-    entries: Sequence[Entry], what: str, policies: Sequence[str], test: TestOptions, table: Table, again: bool
+    entries: Sequence[Entry], what: str, policies: Sequence[Sequence[str]], test: TestOptions, table: Table, again: bool
 ) -> List[Item]:
-    """An item per entry, each of which knows the content hash of finished work; with `again` of none."""
+    """An item per entry, with its policies. Each knows the content hash of finished work; with `again` of none."""
     items = []
-    for entry in entries:
+    for entry, chosen in zip(entries, policies):
         item = Item(
-            what, entry.source, tuple(policies), _options_text(entry, test), test, (None,) * len(policies), entry.other,
+            what, entry.source, tuple(chosen), _options_text(entry, test), test, (None,) * len(chosen), entry.other,
             entry.part,
         )
         if not again:
-            known = tuple(table.known(item.key(chosen), cab.__version__) for chosen in policies)
+            known = tuple(table.known(item.key(text), cab.__version__) for text in chosen)
             item = dataclasses.replace(item, known=known)
         items.append(item)
     return items

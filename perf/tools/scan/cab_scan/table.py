@@ -8,12 +8,13 @@ import json
 import os
 import sqlite3
 import stat
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, ContextManager, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from . import stopping
 from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
 
-_FORMAT = 3
+# It changes with the columns below, and with a default of an option: `options` names only what is not the default.
+_FORMAT = 4
 _APPLICATION = 0x43414253  # "CABS", in the header of the file
 
 KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")
@@ -54,6 +55,22 @@ PRAGMA application_id = {_APPLICATION};
 _KEY_IS = " AND ".join(f"{column} = ?" for column in KEY_COLUMNS)
 _ORDER = ", ".join((*KEY_COLUMNS, "sequence"))
 
+# What a merge takes of the table `other`: robots as a whole, unless more chunks of them are done here, and all other
+# work, unless it got further here.
+_KEY, _ROBOT = ", ".join(KEY_COLUMNS), "file, policies, options"
+_IS_ROBOT = f"what IN ('{SAMPLES}', '{STATES}')"
+_CHUNKS_DONE = f"""(SELECT count(*) FROM {{}}.work
+   WHERE {_IS_ROBOT} AND outcome = '{DONE}' AND ({_ROBOT}) = (its.file, its.policies, its.options))"""
+_PROGRESS = f"CASE {{}}.outcome WHEN '{DONE}' THEN 2 WHEN '{BAD}' THEN 1 ELSE 0 END"
+_SAME_KEY = " AND ".join(f"mine.{column} = its.{column}" for column in KEY_COLUMNS)
+_TAKEN_ROBOTS = f"""CREATE TEMP TABLE taken_robots AS SELECT {_ROBOT} FROM
+  (SELECT {_ROBOT} FROM other.work WHERE {_IS_ROBOT} UNION SELECT {_ROBOT} FROM other.pairs) AS its
+  WHERE {_CHUNKS_DONE.format("other")} >= {_CHUNKS_DONE.format("main")}"""
+_TAKEN = f"""CREATE TEMP TABLE taken AS SELECT DISTINCT {_KEY} FROM other.work AS its WHERE
+  CASE WHEN {_IS_ROBOT} THEN ({_ROBOT}) IN (SELECT {_ROBOT} FROM taken_robots)
+  ELSE NOT EXISTS (SELECT 1 FROM main.work AS mine
+    WHERE {_SAME_KEY} AND {_PROGRESS.format("mine")} > {_PROGRESS.format("its")}) END"""
+
 
 class TableError(Exception):
     """The table cannot be opened, read or written; the message names the file and the reason."""
@@ -86,7 +103,7 @@ class Table:
         path, real = self.path, os.path.realpath(self.path)
         if os.path.lexists(real) and os.lstat(real).st_nlink > 1:
             raise TableError(f"{path}: the file has two names (hard links), and SQLite's log goes by one")
-        stack.enter_context(stopping.cleaning(lambda: _Lock(real, path), _Lock.close))
+        stack.enter_context(_locked(real, path))
         with self._told():
             self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
             stack.callback(self._base.close)
@@ -228,38 +245,43 @@ class Table:
             ).fetchall()
 
     def merge(self, path: str) -> None:
-        """Takes over all rows of another table, in the place of those of the same keys; of robots, of all chunks."""
+        """Takes over rows of another table, which `reserved` holds: in the place of those of the same keys.
+
+        What is done stays, if the other has only an error of it. Robots are taken with all chunks, unless there are
+        more that are done here.
+        """
         columns = ", ".join((*KEY_COLUMNS, *RESULT_COLUMNS, *COST_COLUMNS))
-        key, robot = ", ".join(KEY_COLUMNS), "file, what, policies, options"
-        same = " AND ".join(f"mine.{column} = its.{column}" for column in (*KEY_COLUMNS, "sequence"))
         contacts = ", ".join(f"contact.{column}" for column in CONTACT_COLUMNS)
         with self._attached(path), self._transaction() as base:
-            base.execute(f"DELETE FROM work WHERE ({key}) IN (SELECT {key} FROM other.work)")
+            base.execute(_TAKEN_ROBOTS)
+            base.execute(_TAKEN)
+            base.execute(f"DELETE FROM work WHERE ({_KEY}) IN (SELECT {_KEY} FROM taken)")
             for name in ("work", "pairs"):
                 base.execute(
-                    f"DELETE FROM {name} WHERE what IN (?, ?) AND ({robot}) IN (SELECT {robot} FROM other.work)",
-                    (SAMPLES, STATES),
+                    f"DELETE FROM {name} WHERE {_IS_ROBOT} AND ({_ROBOT}) IN (SELECT {_ROBOT} FROM taken_robots)"
                 )
-            base.execute(f"INSERT INTO work ({columns}) SELECT {columns} FROM other.work ORDER BY id")
+            base.execute(
+                f"INSERT INTO work ({columns}) SELECT {columns} FROM other.work "
+                f"WHERE ({_KEY}) IN (SELECT {_KEY} FROM taken) ORDER BY id"
+            )
             base.execute(
                 f"INSERT INTO contacts SELECT mine.id, {contacts} FROM other.contacts AS contact "
-                f"JOIN other.work AS its ON its.id = contact.work JOIN work AS mine ON {same} ORDER BY contact.rowid"
+                f"JOIN other.work AS its ON its.id = contact.work JOIN taken USING ({_KEY}) "
+                f"JOIN work AS mine ON {_SAME_KEY} AND mine.sequence = its.sequence ORDER BY contact.rowid"
             )
-            base.execute("INSERT INTO pairs SELECT * FROM other.pairs")
+            base.execute(
+                f"INSERT INTO pairs SELECT * FROM other.pairs WHERE ({_ROBOT}) IN (SELECT {_ROBOT} FROM taken_robots)"
+            )
+            base.execute("DROP TABLE taken")
+            base.execute("DROP TABLE taken_robots")
 
     @contextlib.contextmanager
     def _attached(self, path: str) -> Iterator[None]:
-        if not os.path.isfile(path):
-            raise TableError(f"{path}: there is no such table")
         try:
             self._base.execute("ATTACH ? AS other", (path,))
-            application = self._base.execute("PRAGMA other.application_id").fetchone()[0]
-            found = self._base.execute("PRAGMA other.user_version").fetchone()[0]
         except sqlite3.Error as error:
             raise TableError(f"{path}: {error}") from error
         try:
-            if (application, found) != (_APPLICATION, _FORMAT):
-                raise TableError(f"{path}: it is no table of this cab scan, whose format is {_FORMAT}")
             yield
         finally:
             self._base.execute("DETACH other")
@@ -335,6 +357,29 @@ class Table:
             raise TableError(f"{self.path}: {error}") from error
 
 
+@contextlib.contextmanager
+def reserved(paths: Iterable[str]) -> Iterator[None]:
+    """Holds tables that are to be merged, so that no scan writes them. TableError if one is none, or a scan has it."""
+    with contextlib.ExitStack() as stack:
+        for real, path in {os.path.realpath(path): path for path in paths}.items():
+            if not os.path.isfile(real):
+                raise TableError(f"{path}: there is no such table")
+            stack.enter_context(_locked(real, path))
+            _check_format(real, path)
+        yield
+
+
+def _check_format(real: str, path: str) -> None:
+    try:
+        with contextlib.closing(sqlite3.connect(real)) as base:
+            application = base.execute("PRAGMA application_id").fetchone()[0]
+            found = base.execute("PRAGMA user_version").fetchone()[0]
+    except sqlite3.Error as error:
+        raise TableError(f"{path}: {error}") from error
+    if (application, found) != (_APPLICATION, _FORMAT):
+        raise TableError(f"{path}: it is no table of this cab scan, whose format is {_FORMAT}")
+
+
 def _texts(values: Iterable[Any]) -> Tuple[Any, ...]:
     # Halves of surrogate pairs, as a loader's names may have them, are no UTF-8.
     return tuple(
@@ -398,3 +443,7 @@ class _Lock:
             if os.pread(self._file, 16, 0):  # else it was there, empty
                 os.remove(self._path)
         os.close(self._file)
+
+
+def _locked(table: str, told: str) -> ContextManager[_Lock]:
+    return stopping.cleaning(lambda: _Lock(table, told), _Lock.close)

@@ -1,9 +1,11 @@
 """What runs on a worker: a task of several items, each of which becomes rows, whatever happens in it."""
 
+import contextlib
+import faulthandler
 import os
 import tempfile
 import warnings
-from typing import Iterable, List, Optional, Sequence, Tuple
+from typing import Iterable, Iterator, List, Optional, Sequence, Tuple
 
 import cab
 
@@ -16,34 +18,53 @@ from .versions import describe
 from .work import BAD, LOST, RECORDING, Item, Report, Row
 
 
-def run_items(items: Iterable[Item], folder: str) -> Report:
+def run_items(items: Iterable[Item], folder: str, most_seconds: Optional[float] = None) -> Report:
     """The rows of all items. What the table has already, by its content, is skipped.
 
-    folder  the worker's own for temporary files, which goes even when the worker is killed
+    folder        the worker's own for temporary files, which goes even when the worker is killed
+    most_seconds  after which an item ends this process; None: never, where others run in it too
     """
     rows: List[Row] = []
     before, tempfile.tempdir = tempfile.tempdir, folder
     try:
         for item in items:
-            rows.extend(_run_item(item))
+            rows.extend(_run_item(item, most_seconds))
     finally:
         tempfile.tempdir = before
     return Report(describe(), rows)
 
 
-def _run_item(item: Item) -> List[Row]:
+@contextlib.contextmanager
+def _limited(most_seconds: Optional[float]) -> Iterator[None]:
+    if most_seconds is None:
+        yield
+        return
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        try:
+            # Its thread is none of Python's, and so goes on when a loader keeps Python's lock.
+            faulthandler.dump_traceback_later(most_seconds, exit=True, file=nowhere)
+        except RuntimeError as error:  # there is no room for a thread
+            raise MemoryError from error
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def _run_item(item: Item, most_seconds: Optional[float]) -> List[Row]:
     sha256 = None
     wanted = item.policies
     try:
-        files = _files(item)
-        before = _stamp(files)
-        sha256 = item.robot.sha256 if item.robot else _content(item, files)
-        # Without a hash nothing is known.
-        there = [sha256 is not None and known == sha256 for known in item.known]
-        wanted = tuple(policies for policies, is_there in zip(item.policies, there) if not is_there)
-        rows = _rows(item, wanted) if wanted else []
-        if _stamp(files) != before:
-            raise OSError(f"{item.source.path}: it changed while it was read")
+        with _limited(most_seconds):
+            files = _files(item)
+            before = _stamp(files)
+            sha256 = item.robot.sha256 if item.robot else _content(item, files)
+            # Without a hash nothing is known.
+            there = [sha256 is not None and known == sha256 for known in item.known]
+            wanted = tuple(policies for policies, is_there in zip(item.policies, there) if not is_there)
+            rows = _rows(item, wanted) if wanted else []
+            if _stamp(files) != before:
+                raise OSError(f"{item.source.path}: it changed while it was read")
     except (Exception, SystemExit, KeyboardInterrupt) as error:  # a row says what; other items go on
         rows = [error_row(item, policies, outcome_of(error), words_of(error)) for policies in wanted]
     for row in rows:
@@ -105,7 +126,10 @@ def error_row(item: Item, policies: str, outcome: str, words: str) -> Row:
 
 def lost_rows(item: Item) -> List[Row]:
     """The rows of an item that was alone when its worker died."""
-    words = "its worker died or fell silent each time: out of memory, a crash, or a loader that ended or held it"
+    words = (
+        "its worker died or fell silent each time: out of memory, a crash, more than --most-seconds, or a loader that "
+        "ended or held it"
+    )
     return [error_row(item, policies, LOST, words) for policies in item.policies]
 
 

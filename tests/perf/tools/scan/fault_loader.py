@@ -3,6 +3,9 @@
 import ctypes
 import os
 import signal
+import subprocess
+import sys
+import tempfile
 import time
 
 import cab
@@ -24,6 +27,14 @@ def load(request):
         while True:
             kept.append(numpy.ones(1 << 24, dtype=numpy.uint8))
             time.sleep(0.01)
+    if request.part == "hang":  # with a process that it started
+        words = [sys.executable, "-c", "import time; time.sleep(600)"]
+        with open(request.path + ".started", "a") as file:
+            file.write(f"{subprocess.Popen(words).pid}\n")
+        time.sleep(600)
+    if request.part == "folder":
+        with open(request.path + ".folder", "w") as file:
+            file.write(tempfile.gettempdir())
     if request.part.startswith("hold "):
         ctypes.PyDLL(None).sleep(int(request.part[5:]))  # as PyDLL, unlike CDLL, it keeps Python's lock
     motion = cab.load_motion(request.path)

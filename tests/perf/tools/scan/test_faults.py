@@ -127,6 +127,14 @@ def test_a_worker_that_falls_silent_for_too_long_is_replaced(scan, loader):
 
 
 @long
+def test_a_worker_that_takes_too_long_is_replaced(scan, loader):
+    write_list(scan, ["", "hold 600", ""])
+    outcome = scan("self", "--list", "list.csv", "--loader", loader, "--most-seconds", 4)
+    assert outcome.code == 1 and "more than --most-seconds" in outcome.error
+    assert [row["outcome"] for row in scan.rows()] == ["done", "lost", "done"]
+
+
+@long
 def test_a_worker_that_takes_too_much_memory_is_replaced(scan, loader):
     write_list(scan, ["", "grow", ""])
     outcome = scan("self", "--list", "list.csv", "--loader", loader, "--memory", "400MB")

@@ -1,11 +1,16 @@
 """A scan without Dask: the same table, by processes of its own; shards, and the merge of their tables."""
 
+import contextlib
 import os
 import pathlib
+import resource
+import shutil
 import signal
+import sqlite3
 import sys
 
 import pytest
+from cab_scan import table, work
 
 from conftest import Scan, arm_bvh, write_corpus
 from faults import children_of, wait_for_rows, workers_of
@@ -86,6 +91,47 @@ def test_a_process_that_takes_too_much_memory_is_a_row(alone, loader):
     assert [row["outcome"] for row in alone.rows()] == ["done", "lost", "done"]
 
 
+def is_running(number):
+    try:
+        return pathlib.Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def test_what_takes_too_long_is_a_row_and_leaves_no_process(alone, loader):
+    parts = ["", "hang", "", "hold 600", ""]
+    write_list(alone, parts)
+    alone.environment["TMPDIR"] = str(alone.folder / "temporary")
+    (alone.folder / "temporary").mkdir()
+    outcome = alone("self", "--list", "list.csv", "--loader", loader, "--most-seconds", 4)
+    assert outcome.code == 1 and "more than --most-seconds" in outcome.error
+    assert [row["outcome"] for row in alone.rows()] == ["lost" if part else "done" for part in parts]
+    (file,) = (alone.folder / "corpus").rglob("*.started")
+    numbers = [int(line) for line in file.read_text().splitlines()]
+    assert len(numbers) == 2  # in a task, then alone
+    assert not any(map(is_running, numbers))
+    assert list((alone.folder / "temporary").iterdir()) == []
+
+
+def test_workers_have_folders_of_their_own_which_go_with_them(alone, loader):
+    write_list(alone, ["folder", "folder"] * 4)
+    assert alone("self", "--list", "list.csv", "--loader", loader).code == 0
+    seen = {file.read_text() for file in (alone.folder / "corpus").rglob("*.folder")}
+    assert len({pathlib.Path(name).parent for name in seen}) == 1 and len(seen) == 2
+    assert not any(map(os.path.exists, seen))
+
+
+def test_a_limit_that_is_there_already_stays(alone, loader):
+    write_list(alone, ["", "grow", ""])
+    limit = (1 << 30, 1 << 30)
+    outcome = alone(
+        "self", "--list", "list.csv", "--loader", loader, "--memory", "1000GB",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, limit),
+    )
+    assert outcome.code == 1 and "out of memory" in outcome.error
+    assert [row["outcome"] for row in alone.rows()] == ["done", "lost", "done"]
+
+
 def test_an_interrupt_ends_all_processes_and_the_same_command_goes_on(alone, loader):
     write_list(alone, ["slow"] * 40)
     alone.environment["FAULT_SECONDS"] = "0.05"
@@ -140,13 +186,105 @@ def test_a_merge_replaces_rows_of_the_same_work(alone, quick):
     assert pairs_of(alone, "robot states", "all.sqlite") == pairs_of(alone, "robot states", "whole.sqlite")
 
 
+def clip_row(outcome, version="1", file="a.bvh"):
+    key = work.Key(file, "", "", work.SELF, "p", "{}")
+    contacts = [work.Contact("", "a", "", "b", 1, 2, 0.1, 0.2, 1)] if outcome == work.DONE else []
+    return work.Row(key, outcome=outcome, version=version, contacts=contacts)
+
+
+def robot_row(what, first, outcome=work.DONE, options="{}"):
+    key = work.Key("r.urdf", "", f"{first}+8", what, "p", options)
+    pairs = [work.LinkPair("a", "b", "", 5, first)] if outcome == work.DONE else []
+    return work.Row(key, outcome=outcome, version="1", pairs=pairs)
+
+
+def merged_of(folder, *tables):
+    """The rows (file, what, part, outcome, version), how many contacts, and the pairs of the merge of such tables."""
+    names = []
+    for number, rows in enumerate(tables):
+        names.append(str(folder / f"{number}.sqlite"))
+        with contextlib.closing(table.Table(names[-1])) as base:
+            base.add(rows)
+    with table.reserved(names), contextlib.closing(table.Table(str(folder / "all.sqlite"))) as base:
+        for name in names:
+            base.merge(name)
+        found = list(base.rows(("file", "what", "part", "outcome", "version")))
+        return found, len(list(base.contacts())), [pair[1:] for pair in base.pairs()]
+
+
+@pytest.mark.parametrize("others, stays", [
+    ((work.DONE, work.LOST), (work.DONE, "0")),
+    ((work.DONE, work.BAD), (work.DONE, "0")),
+    ((work.BAD, work.LOST), (work.BAD, "0")),
+    ((work.LOST, work.BAD), (work.BAD, "1")),
+    ((work.LOST, work.BAD, work.DONE, work.LOST), (work.DONE, "2")),
+    ((work.DONE, work.DONE), (work.DONE, "1")),
+])
+def test_a_merge_keeps_work_that_is_done(tmp_path, others, stays):
+    tables = [[clip_row(outcome, str(number))] for number, outcome in enumerate(others)]
+    tables[-1].append(clip_row(work.LOST, "1", "b.bvh"))
+    rows, contacts, _ = merged_of(tmp_path, *tables)
+    assert [row[3:] for row in rows if row[0] == "a.bvh"] == [stays]
+    assert [row[3:] for row in rows if row[0] == "b.bvh"] == [(work.LOST, "1")]
+    assert contacts == (stays[0] == work.DONE)
+
+
+_LOST_CHUNKS = [robot_row(work.STATES, 8 * k, work.LOST) for k in range(3, 9)]
+
+
+def robot_rows(states):
+    return [robot_row(work.SAMPLES, 0), *(robot_row(work.STATES, 8 * k) for k in range(states))]
+
+
+@pytest.mark.parametrize("tables, states", [
+    ((robot_rows(3), robot_rows(1) + _LOST_CHUNKS), 3),
+    ((robot_rows(1) + _LOST_CHUNKS, robot_rows(3)), 3),
+    ((robot_rows(2), robot_rows(2)), 2),
+    ((robot_rows(2), [robot_row(work.STATES, 0, work.BAD)]), 2),
+])
+def test_a_merge_keeps_the_robot_of_which_more_chunks_are_done(tmp_path, tables, states):
+    other = robot_row(work.STATES, 0, options='{"seed": 2}')  # of which the last table knows nothing
+    rows, _, pairs = merged_of(tmp_path, [*tables[0], other], *tables[1:])
+    assert sorted(row[1] for row in rows) == [work.SAMPLES] + [work.STATES] * (states + 1)
+    assert {row[3] for row in rows} == {work.DONE}
+    assert [(what, options, count) for what, _, options, _, _, _, count, _ in pairs] == [
+        (work.SAMPLES, "{}", 5), (work.STATES, other.key.options, 5), (work.STATES, "{}", 5 * states),
+    ]
+
+
+def test_a_merge_takes_a_matrix_that_has_no_chunks_of_its_own(tmp_path):
+    states = robot_row(work.STATES, 0)
+    for name in ("a", "b"):
+        with contextlib.closing(table.Table(str(tmp_path / f"{name}.sqlite"))) as base:
+            base.add([states])
+            base.add_pairs(states.key._replace(what=work.SAMPLES), [work.LinkPair("a", "c", "file", 0, None)])
+    names = [str(tmp_path / f"{name}.sqlite") for name in ("a", "b")]
+    with table.reserved(names), contextlib.closing(table.Table(str(tmp_path / "all.sqlite"))) as base:
+        for name in names:
+            base.merge(name)
+        assert len(list(base.pairs())) == 2
+
+
 def test_what_is_no_table_is_not_merged(alone, quick):
     write_corpus(alone.folder / "corpus", 1)
     assert quick("self", "corpus").code == 0
     (alone.folder / "text.sqlite").write_text("no database " * 100)
-    for name, told in (("text.sqlite", "file is not a database"), ("gone.sqlite", "there is no such table")):
+    shutil.copy(alone.folder / "scan.sqlite", alone.folder / "old.sqlite")
+    with contextlib.closing(sqlite3.connect(alone.folder / "old.sqlite")) as base:
+        base.execute("PRAGMA user_version = 3")
+    busy = table.Table(str(alone.folder / "busy.sqlite"))
+    for name, told in (
+        ("text.sqlite", "file is not a database"), ("gone.sqlite", "there is no such table"),
+        ("old.sqlite", "it is no table of this cab scan, whose format is 4"),
+        ("busy.sqlite", "another cab scan writes it"),
+    ):
         outcome = quick("merge", "scan.sqlite", name, "--table", "all.sqlite")
         assert outcome.code == 1 and f"{name}: {told}" in outcome.error
+        assert not (alone.folder / "all.sqlite").exists()
+    busy.close()
+    assert not list(alone.folder.glob("*.lock"))
+    old = quick("self", "corpus", "--table", "old.sqlite")
+    assert old.code == 1 and "old.sqlite: it has format 3, and this cab scan writes format 4" in old.error
     same = quick("merge", "scan.sqlite", "--table", "scan.sqlite")
     assert same.code == 2 and "is an input" in same.error
     for words in (["self", "corpus", "--shard", "0/2"], ["self", "corpus", "--shard", "3/2"], ["merge"]):

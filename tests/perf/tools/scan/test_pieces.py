@@ -135,11 +135,20 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         (["robot", "a", "--states", "1.5"], "a whole number"),
         (["robot", "a", "--package", "x"], "NAME=DIR"),
         (["dance", "a"], "invalid choice"),
+        (["self", "a", "--most-seconds", "0"], "a whole number from 1"),
+        (["self", "a", "--policies", "exact=fast"], "--policies: "),
+        (["self", "a", "--surface", "yes", "--skin", "yes"], "choose one of them"),
+        (["pairs", "a", "--surface", "yes", "--policies", "exact=convex"], "--surface yes is tested with exact="),
+        (["policies", "a", "--surface", "yes", "--policies", "tight", "--policies", "exact=fcl"], "not exact=fcl"),
+        (["self", "a", "--surface", "yes", "--min-depth", "0.01"], "--min-depth wants depths, and exact=surface"),
+        (["self", "a", "--policies", "exact=none", "--min-depth", "0.01"], "--min-depth wants depths, and exact=none"),
     ):
         with pytest.raises(SystemExit) as end:
             options.parse(words, "1")
         assert end.value.code == 2 and told in capsys.readouterr().err
     assert options.parse(["robot", "a", "--states", "1e9"], "1").states == 10**9
+    for words in (["--surface", "no", "--min-depth", "0.01"], ["--surface", "yes", "--policies", "exact=none"]):
+        assert options.parse(["self", "a", *words], "1").paths == ["a"]
 
 
 class Terminal(io.StringIO):

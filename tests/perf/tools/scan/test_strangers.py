@@ -720,7 +720,7 @@ class NoCluster:
     def scheduler_info(self):
         return {"workers": {"one": {"nthreads": 1}}}
 
-    def submit(self, _function, task, **_more):
+    def submit(self, _function, task, *_words, **_more):
         self.sent.append([item.source.name for item in task])
         return Finished()
 
