@@ -107,8 +107,6 @@ void check_shapes(RobotCommandOptions& o, bool has_exact) {
     throw UsageError("--distance: triangles have no depth and no distance; choose --shapes hulls");
   if (!o.padding.empty())
     throw UsageError("--padding: triangles are not grown; choose --shapes hulls, or --margin for all pairs");
-  if (!o.recording.path.empty())
-    throw UsageError("--record: surfaces are not recorded yet; leave it out, or choose --shapes hulls");
 }
 
 }  // namespace

@@ -392,7 +392,10 @@ TEST_CASE("surfaces leave out what hulls touch in a gap of a mesh, also of what 
   CHECK(colliding("surface", all, {"--margin", "0.55"}) == 5);
   CHECK(colliding("surface", all, {"--threads", "2", "--isa", "scalar"}) == 4);
   CHECK(colliding("hulls", none, {"--around", folder / "cell.urdf"}) == 2);
-  CHECK(colliding("surface", none, {"--around", folder / "cell.urdf"}) == 1);
+  CHECK(colliding("surface", none, {"--around", folder / "cell.urdf", "--record", folder / "r.cab"}) == 1);
+  CHECK(recorded_hits(folder / "r.cab", 7) == 1);
+  CHECK(colliding("surface", all, {"--record", folder / "r.cab"}) == 4);
+  CHECK(recorded_hits(folder / "r.cab", 7) == 4);
 }
 
 TEST_CASE("wrong use of cab robot is told") {
@@ -424,7 +427,6 @@ TEST_CASE("wrong use of cab robot is told") {
       {{known.file, "--shapes", "surface", "--exact", "convex"}, "--shapes surface: the exact tests convex and fcl"},
       {{known.file, "--shapes", "surface", "--distance", "base,ring"}, "--distance: triangles have no depth"},
       {{known.file, "--shapes", "surface", "--around", known.file, "--padding", "1"}, "--padding: triangles are not"},
-      {{known.file, "--shapes", "surface", "--record", "x.cab"}, "--record: surfaces are not recorded yet"},
   };
   for (const auto& [words, told] : wrong) {
     const Outcome outcome = run_command("robot", words);
