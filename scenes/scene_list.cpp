@@ -68,6 +68,8 @@ constexpr std::array kRows = {
                CrowdScene{make_rigs}},
     NamedScene{"mixed", "humanoids of 20, 48 and 100 links, one in twenty four times as large",
                kCrowdCommand | kPeersCommand, CrowdScene{make_mixed}},
+    NamedScene{"skins", "humanoids with skins on a 3 m grid, nobody near another", kCrowdCommand,
+               CrowdScene{make_skins}},
     NamedScene{"far", "humanoids at random places of a square of 1e7 m", kCrowdCommand, CrowdScene{make_far}},
 
     NamedScene{"uniform-100", "100 humanoids at random places", kSweepCommand, of_characters(make_uniform, 100)},

@@ -5,6 +5,7 @@
 #include "scenes/crowd/detailed.h"
 #include "scenes/crowd/humanoid.h"
 #include "scenes/crowd/rigs.h"
+#include "scenes/crowd/skins.h"
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,7 @@ constexpr double kJitter = .25;             // metres
 constexpr double kBattleDensity = 1.5;      // characters per square metre
 constexpr double kLineStep = .5;            // metres
 constexpr double kFarSide = 1e7;            // metres
+constexpr double kSkinStep = 3;             // metres: farther than two humanoids reach
 constexpr float kGiant = 100;               // times as large
 constexpr float kMixedGiant = 4;            // likewise, in `mixed`
 constexpr std::uint32_t kCityWalkers = 10;  // one in how many walks, in `city`
@@ -248,6 +250,19 @@ Crowd make_giant(std::uint32_t count, CrowdSources) {
 Crowd make_rigs(std::uint32_t count, CrowdSources sources) {
   Crowd crowd = humanoid_crowd(uniform_places(count, 1 / sources.area));
   crowd.groups[0] = with_links(std::move(crowd.groups[0]), sources.rig_links);
+  return crowd;
+}
+
+Crowd make_skins(std::uint32_t count, CrowdSources sources) {
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count)));
+  std::vector<std::uint32_t> cells(count);
+  for (std::uint32_t i = 0; i < count; ++i) cells[i] = i;
+  shuffle(cells);
+  std::vector<double> places;
+  for (const std::uint32_t cell : cells)
+    for (const std::uint32_t point : {cell % side, cell / side}) places.push_back(kSkinStep * point);
+  Crowd crowd = humanoid_crowd(std::move(places));
+  crowd.groups[0] = with_skin(std::move(crowd.groups[0]), sources.skin_leaves);
   return crowd;
 }
 

@@ -9,6 +9,7 @@
 #include "scenes/import/trajectories.h"
 #include "scenes/scene.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -55,6 +56,10 @@ struct Crowd {
   std::uint32_t count() const;
 };
 
+// What the leaves of `skins` are: boxes that grow with the poses of links, or boxes on one link.
+enum class SkinLeafKind : std::uint8_t { kGrown, kRigid };
+inline constexpr std::array<const char*, 2> kSkinLeafKindNames = {"grown", "rigid"};  // in the order of SkinLeafKind
+
 // The input from which crowd scenes are made.
 struct CrowdSources {
   std::vector<Clip> clips;
@@ -62,9 +67,10 @@ struct CrowdSources {
   char up = 0;  // the clips' up axis: 'x', 'y', 'z', or 0 for the axis along which each figure is tallest
   std::uint32_t boxes_per_link = kDefaultBoxesPerLink;  // of `detailed`
   RopeOptions ropes;
-  std::uint32_t rig_links = 100;        // of each body of `rigs`: 16 to kMaxLinks
-  LevelKind level = LevelKind::kBoxes;  // of `level`
-  double area = 1;                      // of `uniform` and `rigs`: square metres per character
+  std::uint32_t rig_links = 100;                    // of each body of `rigs`: 16 to kMaxLinks
+  LevelKind level = LevelKind::kBoxes;              // of `level`
+  double area = 1;                                  // of `uniform` and `rigs`: square metres per character
+  SkinLeafKind skin_leaves = SkinLeafKind::kGrown;  // of `skins`
 };
 
 // The functions that make the crowd scenes; scene_list.cpp says what each scene is. count is at least 1, and the
@@ -77,6 +83,7 @@ Crowd make_battle(std::uint32_t count, CrowdSources sources);
 Crowd make_spot(std::uint32_t count, CrowdSources sources);
 Crowd make_line(std::uint32_t count, CrowdSources sources);
 Crowd make_giant(std::uint32_t count, CrowdSources sources);
+Crowd make_skins(std::uint32_t count, CrowdSources sources);
 Crowd make_detailed(std::uint32_t count, CrowdSources sources);
 Crowd make_ropes(std::uint32_t count, CrowdSources sources);
 Crowd make_rigs(std::uint32_t count, CrowdSources sources);

@@ -85,7 +85,7 @@ TEST_CASE("every scene stands in the list once, and the commands offer what they
     CHECK(!std::get<CrowdScene>(scene.source).needs_trajectories);
   }
   CHECK(scenes::scene_names(kCrowdCommand, "|") ==
-        "uniform|jitter|bottleneck|battle|spot|line|churn|city|level|giant|detailed|ropes|rigs|mixed|far");
+        "uniform|jitter|bottleneck|battle|spot|line|churn|city|level|giant|detailed|ropes|rigs|mixed|skins|far");
   CHECK(scenes::scene_names(kPeersCommand, ", ") == "uniform, jitter, city, rigs, mixed");
   CHECK(scenes::scene_names(kSweepByDefault, " ") ==
         "chains3 chains6 dented braid hand cmu uniform-1000 detailed-256 rigs-100 ropes-64");
@@ -185,7 +185,7 @@ TEST_CASE("a name that is not in the list is an error that lists the names") {
     CHECK(text ==
           "no crowd scene is called '" + name +
               "'; choose uniform, jitter, bottleneck, battle, spot, line, churn, city, level, giant, detailed, ropes, "
-              "rigs, mixed, far");
+              "rigs, mixed, skins, far");
     CHECK(refusal([&] { scenes::crowd_scene(name); }) == text);
   }
 }

@@ -426,6 +426,7 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
     throw UsageError("--coarse has no figures with --spatial-order, --sweep and --in-contact");
   if (options.area && name != "uniform" && name != "rigs")
     throw UsageError("--area is for --scene uniform and --scene rigs, not for " + name);
+  if (options.skin_leaves && name != "skins") throw UsageError("--skin-leaves is for --scene skins, not for " + name);
   if (options.level && name != "level") throw UsageError("--level is for --scene level, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));
@@ -443,6 +444,7 @@ scenes::CrowdSources import_sources(const CrowdOptions& options, bool quiet = fa
   sources.ropes.link_count = options.link_count.value_or(sources.ropes.link_count);
   sources.rig_links = options.link_count.value_or(sources.rig_links);
   sources.level = options.level.value_or(sources.level);
+  sources.skin_leaves = options.skin_leaves.value_or(sources.skin_leaves);
   sources.area = options.area.value_or(sources.area);
   sources.ropes.shape = options.rope_shape.value_or(sources.ropes.shape);
   sources.ropes.spacing = options.rope_spacing.value_or(sources.ropes.spacing);

@@ -51,6 +51,9 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
       ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
   add_choice<scenes::RopeShape>(command, "--shape", scenes::kRopeShapeNames, o.rope_shape, "a shape of ropes",
                                 "ropes: how they lie (default straight)");
+  add_choice<scenes::SkinLeafKind>(command, "--skin-leaves", scenes::kSkinLeafKindNames, o.skin_leaves,
+                                   "a kind of leaves of skins",
+                                   "skins: boxes that grow with the poses of links, or on one link (default grown)");
   command
       .add_option("--spacing", o.rope_spacing,
                   "ropes: the least distance of neighbours in thicknesses, .1 to 10; below 1 they touch (default 1.5)")

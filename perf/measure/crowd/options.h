@@ -37,6 +37,7 @@ struct CrowdOptions {
   bool sweep = false;          // find what may have touched since the frame before
   std::optional<double> area;  // square metres per character; empty: the scene's default
   std::optional<scenes::LevelKind> level;
+  std::optional<scenes::SkinLeafKind> skin_leaves;
   std::optional<AtRest> at_rest;  // what is done with those who stand; empty: the scene's default
   bool in_contact = false;        // ask only which characters touch anything
   Isa isa = Isa::kAuto;

@@ -207,6 +207,16 @@ TEST_CASE("cab crowd makes bodies of many links, and several kinds of bodies") {
   CHECK(mixed["hits_hash"] == figures({"--scene", "mixed", "--strategy", "brute"})["hits_hash"]);
 }
 
+TEST_CASE("cab crowd --scene skins has as many leaves, grown or rigid, and nobody touches") {
+  for (const std::string leaves : {"grown", "rigid"}) {
+    const Json skins = figures({"--scene", "skins", "--skin-leaves", leaves});
+    CHECK(skins["links"] == 16);
+    CHECK(skins["leaves"] == 44);
+    CHECK(skins["hits"] == 0);
+  }
+  CHECK(figures({"--scene", "skins", "--exact", "surface"})["hits"] == 0);
+}
+
 TEST_CASE("cab crowd --scene level has static boxes or triangles among the crowd of `uniform`") {
   const Json plain = figures({"--scene", "uniform"});
   std::set<std::string> hashes = {plain["hits_hash"]};
@@ -290,6 +300,8 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "uniform", "--clip", sources.anna}, "--clip, --units and --up are not for --scene uniform"},
       {{"--scene", "jitter", "--trajectories", sources.ways}, "--trajectories is not for --scene jitter"},
       {{"--scene", "battle"}, "--scene battle needs --clip FILE"},
+      {{"--scene", "uniform", "--skin-leaves", "rigid"}, "--skin-leaves is for --scene skins, not for uniform"},
+      {{"--scene", "skins", "--skin-leaves", "soft"}, "choose grown, rigid"},
       {{"--scene", "uniform", "--boxes-per-link", "16"}, "--boxes-per-link is for --scene detailed, not for uniform"},
       {{"--scene", "detailed", "--boxes-per-link", "5"}, "choose 1, 2, 4, 8, 16, 32, 64"},
       {{"--scene", "detailed", "--up", "y"}, "add --clip FILE"},
