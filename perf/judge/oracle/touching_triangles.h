@@ -27,20 +27,28 @@ class TriangleSet {
 
   std::size_t size() const { return at_.size(); }
 
-  // Calls on_pair(triangle of a, triangle of b) for every two that touch, until it returns false.
+  // Calls on_pair(triangle of a, triangle of b, whether they touch) for every two that touch, or that are not certainly
+  // farther apart than `within`, until it returns false.
   template <class OnPair>
-  friend void for_touching(const TriangleSet& a, const TriangleSet& b, const OnPair& on_pair) {
+  friend void for_near(const TriangleSet& a, const TriangleSet& b, double within, const OnPair& on_pair) {
+    if (!a.all_.overlaps(b.all_, within)) return;
     const double reach = std::max(a.all_.reach(), b.all_.reach());
     std::vector<std::size_t> near_b;
     for (std::size_t y = 0; y < b.size(); ++y)
-      if (a.all_.overlaps(b.bounds_[y])) near_b.push_back(y);
+      if (a.all_.overlaps(b.bounds_[y], within)) near_b.push_back(y);
     for (std::size_t x = 0; x < a.size(); ++x) {
-      if (!b.all_.overlaps(a.bounds_[x])) continue;
+      if (!b.all_.overlaps(a.bounds_[x], within)) continue;
       for (const std::size_t y : near_b)
-        if (a.bounds_[x].overlaps(b.bounds_[y]) && !certainly_apart(a.at_[x], b.at_[y], reach, 0) &&
-            meet(widened(a.at_[x]), widened(b.at_[y])) && !on_pair(x, y))
+        if (a.bounds_[x].overlaps(b.bounds_[y], within) && !certainly_apart(a.at_[x], b.at_[y], reach, within) &&
+            !on_pair(x, y, meet(widened(a.at_[x]), widened(b.at_[y]))))
           return;
     }
+  }
+
+  // Calls on_pair(triangle of a, triangle of b) for every two that touch, until it returns false.
+  template <class OnPair>
+  friend void for_touching(const TriangleSet& a, const TriangleSet& b, const OnPair& on_pair) {
+    for_near(a, b, 0, [&](std::size_t x, std::size_t y, bool touches) { return !touches || on_pair(x, y); });
   }
 
   friend bool any_touch(const TriangleSet& a, const TriangleSet& b) {
@@ -59,9 +67,9 @@ class TriangleSet {
         hi[c] = std::max(hi[c], point[c]);
       }
     }
-    bool overlaps(const Bounds& other) const {
+    bool overlaps(const Bounds& other, double within) const {
       bool out = true;
-      for (std::size_t c = 0; c < 3; ++c) out = out & (lo[c] <= other.hi[c]) & (other.lo[c] <= hi[c]);
+      for (std::size_t c = 0; c < 3; ++c) out = out & (lo[c] <= other.hi[c] + within) & (other.lo[c] <= hi[c] + within);
       return out;
     }
     double reach() const { return std::max(norm_max(lo), norm_max(hi)); }

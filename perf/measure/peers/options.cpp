@@ -75,6 +75,23 @@ Command add_peers(CLI::App& app) {
   add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,
              std::numeric_limits<std::uint32_t>::max())
       ->needs(robot);
+  CLI::Option* const surfaces =
+      command
+          .add_option(
+              "--surfaces", o.surfaces,
+              "skins of files in contact in place of crowds, by every model of cab and by other libraries, beside "
+              "the triangles in double: one file for a grid of its character, or several of one clock and world")
+          ->type_name("FILE...");
+  add_number(command, "--surface-characters", o.surface_characters,
+             "with --surfaces FILE: number of characters (default 2)", 2, 10000)
+      ->needs(surfaces);
+  command.add_option("--apart", o.apart, "with --surfaces FILE: how many widths characters are apart (default 0.45)")
+      ->type_name("WIDTHS")
+      ->check(CLI::Range(0.0, 1e6))
+      ->needs(surfaces);
+  for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--csv"})
+    surfaces->excludes(command.get_option(option));
+  surfaces->excludes(past)->excludes(robot);
   for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays"}) {
     robot->excludes(command.get_option(option));
     past->excludes(command.get_option(option));

@@ -22,6 +22,7 @@
 #include "perf/measure/peers/peer.h"
 #include "perf/measure/peers/queries.h"
 #include "perf/measure/peers/robots.h"
+#include "perf/measure/peers/surfaces.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -426,6 +427,7 @@ void run_leaves(const PeersOptions& options, const std::vector<Peer>& peers, Lea
 
 int peers_command(const PeersOptions& options) {
   if (!options.robot.file.empty()) return robots_command(options);
+  if (!options.surfaces.empty()) return surfaces_command(options);
   check(options);
   if (options.past) return past_command(options);
   if (options.queries) return queries_command(options);
