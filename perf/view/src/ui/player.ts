@@ -109,13 +109,12 @@ export class Player {
   /** Shows the frame that is due, and begins again behind the last one. */
   tick(now: number): void {
     if (!this.#playing) return;
-    const time = this.#from.recording + Math.max(0, now - this.#from.page) / 1000 * this.speed;
-    const end = this.timeOf(this.frameCount - 1) + this.#secondsPerFrame;
+    let time = this.#from.recording + Math.max(0, now - this.#from.page) / 1000 * this.speed;
+    const begin = this.timeOf(0), end = this.timeOf(this.frameCount - 1) + this.#secondsPerFrame;
     if (time >= end) {
-      this.#frame = 0;
-      this.#restart();
-      this.#onChange();
-      return;
+      // Not at the first frame: a recording that is shorter than a picture takes would stand still.
+      time = begin + (time - begin) % (end - begin);
+      this.#from = {page: now, recording: time};
     }
     const due = Math.min(this.#frameAt(time), this.frameCount - 1);
     if (due === this.#frame) return;
