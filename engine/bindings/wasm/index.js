@@ -806,7 +806,9 @@ export class World {
   #frameJob({rules = [], batches, policies = {}, contacts = false, ...rest}) {
     const structs_ = this.#structs;
     for (const key of Object.keys(rest)) {
-      if (!['margin', 'minDepth', 'report', 'containment'].includes(key)) throw new TypeError(`cab: runFrame takes no '${key}'`);
+      if (!['margin', 'minDepth', 'report', 'containment'].includes(key)) {
+        throw new TypeError(`cab: runFrame takes no '${key}'`);
+      }
     }
     const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
     const at = structs_.make('FrameJob', {

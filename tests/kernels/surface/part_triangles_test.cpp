@@ -205,7 +205,7 @@ TEST_CASE("triangles touch a part or are apart from it as they are called, howev
     for (const kernel::KernelTable* kernels : tables)
       for (const std::uint32_t given : {1u, 15u, 16u, 17u, PartScene::kCount}) {
         CAPTURE(name_of(*kernels));
-        std::vector<std::uint32_t> triangles(all.begin(), all.begin() + given), open;
+        std::vector<std::uint32_t> triangles(all.data(), all.data() + given), open;
         bool touch = false;
         for (std::uint32_t t = 0; t < given; ++t) {
           touch = touch || answers[t] == Answer::kTouching;
