@@ -7,6 +7,7 @@ import {load} from 'cab-collision';
 import type {Isa} from 'cab-collision';
 import {createEngine} from '../../perf/view/src/engine/engine.js';
 import {Fnv1a, hashOfHits} from '../../perf/view/src/engine/fnv1a.js';
+import {isRefusal} from '../../perf/view/src/engine/recorded_world.js';
 import type {EngineInPage} from '../../perf/view/src/engine/types.js';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Articulation, Batch, Input, Recording, Settings} from '../../perf/view/src/recording/types.js';
@@ -307,6 +308,52 @@ test('a skin is tested by its triangles, whatever else the dial says, and has no
   engine.destroy();
 });
 
+// A closed skin about the origin, 8 long along each axis. Each of its six sides is a leaf.
+const ROOM: Articulation = {
+  ...CRATE,
+  name: 'room',
+  leaves: [1, 2, 4].flatMap((bit) => {
+    const [across, up] = [bit === 4 ? 1 : 2 * bit, bit === 1 ? 4 : bit / 2];
+    return [[0, up, across], [bit, across, up]].map(([at, a, b]) => ({
+      link: 0, box: boxOf([0, 0, 0], [0, 0, 0]), parts: [],
+      triangles: new Uint32Array([at!, at! + a!, at! + b!, at! + a!, at! + a! + b!, at! + b!]),
+    }));
+  }),
+  skin: {
+    // Bits 1, 2 and 4 of a vertex's number say on which side it is along x, y and z.
+    vertices: Float32Array.from({length: 24}, (_, i) => (Math.floor(i / 3) >> i % 3) % 2 === 1 ? 4 : -4),
+    influenceCount: 1,
+    influenceLinks: new Uint32Array(8),
+    influenceWeights: new Float32Array(8).fill(1),
+    inverseBind: null,
+  },
+};
+
+test('what is wholly inside a skin is a hit as it was recorded, and hides no false positive', async () => {
+  const batches = [{...CRATES, articulation: 0, instanceCount: 3}, {...CRATES, slot: 7, instanceCount: 1}];
+  // A crate in the middle of the room, one through its wall, and one whose box alone reaches the wall, from outside.
+  const inputs = [
+    inputOf(0, {
+      poses: posesOf([0, 1, 2].flatMap(() => [0, 0, 0, 1, 0, 0, 0])),
+      origins: new Float64Array([0, 0, 0, 4, 0, 0, 0, 4.25, 0]),
+    }),
+    inputOf(1, {poses: posesOf([0, 0, 0, 1, 0, 0, 0])}),
+  ];
+  for (const containment of [true, false]) {
+    const settings: Settings = {
+      ...SETTINGS, policies: exactly({exact: 'surface'}), containment, rules: [{a: 0, b: 1, pairing: 'between'}],
+    };
+    const recording =
+        recordingOf({header: HEADER, articulations: [CRATE, ROOM], batches, frames: [frameOf(0, settings, inputs)]});
+    const engine = await engineOf(recording), frame = recording.frame(0);
+    const inside = containment ? ['1 0 7 0'] : [];
+    assert.deepEqual(instancesOf(engine.run(frame, {}).hits), new Set([...inside, '1 1 7 0']));
+    assert.deepEqual(instancesOf(engine.run(frame, {exact: 'none'}).hits), new Set(['1 1 7 0', '1 2 7 0']));
+    assert.deepEqual(instancesOf(engine.falsePositives(frame, {})), new Set(['1 2 7 0']));
+    engine.destroy();
+  }
+});
+
 test('distances and a least depth are run as they were recorded', async () => {
   const recording =
       crates({policies: exactly({exact: 'convex'}), contacts: true, report: 'distances', margin: 2, minDepth: 0});
@@ -455,6 +502,12 @@ test('what the engine refuses is an error that names what it is about, and the n
   }
   assert.throws(() => engine.run(recording.frame(1), {refit: 'guess'}), /Policies.refit is 'guess'/);
   assert.throws(() => engine.run(recording.frame(1), {margin: -1}), /margin/);
+  // Nothing is shown then. An error of the page itself must not look like that.
+  for (const refused of [() => engine.touchingTriangles(recording.frame(0), NONE),
+                         () => engine.run(recording.frame(1), {margin: -1})]) {
+    assert.throws(refused, isRefusal);
+  }
+  assert.equal(isRefusal(new TypeError('of the page')), false);
   engine.destroy();
 });
 

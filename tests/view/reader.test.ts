@@ -50,6 +50,14 @@ test('all that a recording has is read', () => {
   for (const index of [-1, 7, 0.5, NaN]) assert.throws(() => recording.frame(index), RangeError);
 });
 
+test('a job without containment is read, beside others of the same chunk', () => {
+  const all = frames(0, 3);
+  all[1]!.settings = {...all[1]!.settings, containment: false};
+  const recording = readRecording(fileOf([chunkOfContents({...DEFINITIONS, frames: all})]), 'arms.cab');
+  assert.deepEqual([0, 1, 2].map((index) => recording.frame(index)), all.map(read));
+  assert.deepEqual([0, 1, 2].map((index) => recording.frame(index).settings.containment), [true, false, true]);
+});
+
 test('a skin is read with the triangles of its leaves, in the place of boxes', () => {
   const bound: Articulation = {...CLOTH, skin: {...CLOTH.skin!, inverseBind: Float32Array.from({length: 32}, (_, i) => i)}};
   for (const cloth of [CLOTH, bound]) {

@@ -137,6 +137,7 @@ export const SETTINGS: Settings = {
   margin: 0,
   minDepth: 0,
   report: 'hits',
+  containment: true,
   contacts: false,
   rules: [{a: 0, b: 0, pairing: 'between'}, {a: 0, b: 1, pairing: 'between'}, {a: 0, b: 2, pairing: 'between'}],
 };

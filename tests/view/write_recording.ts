@@ -209,7 +209,7 @@ class PayloadWriter {
     }
     const made = format.Settings.createSettings(builder, policies, settings.margin, settings.minDepth,
                                                 settings.report === 'hits' ? 0 : 2, settings.contacts,
-                                                builder.endVector());
+                                                builder.endVector(), !settings.containment);
     this.#settings.set(settings, made);
     return made;
   }

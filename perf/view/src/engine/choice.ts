@@ -5,7 +5,7 @@ import type {Dial} from './types.js';
 
 export interface Choice {
   policies: Policies;
-  job: Pick<FrameJob, 'margin' | 'minDepth' | 'report' | 'contacts'>;
+  job: Pick<FrameJob, 'margin' | 'minDepth' | 'report' | 'containment' | 'contacts'>;
   /** What differs from what was asked for, in words. */
   notes: string[];
 }
@@ -53,6 +53,7 @@ export function choose(settings: Settings, dial: Dial, {hasShapes, hasSkins}: Sh
       margin: dial.margin ?? settings.margin,
       minDepth: isExact ? settings.minDepth : 0,
       report: isExact ? settings.report : 'hits',
+      containment: settings.containment,
       contacts: isExact && settings.contacts,
     },
     notes,

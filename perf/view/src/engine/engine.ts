@@ -117,21 +117,24 @@ class Engine implements EngineInPage {
 
 type Stats = ReturnType<RecordedWorld['run']>['stats'];
 
-// The hits of `all` whose links are not in `some`. Both are sorted alike, and `some` has no others.
+// The hits of `all` whose links are not in `some`. Both are sorted. `some` may have others: what is wholly inside a skin
+// is a hit of leaves whose boxes are apart.
 function without(all: Uint32Array, some: Uint32Array): Uint32Array {
   const left: number[] = [];
   let next = 0;
   for (let at = 0; at < all.length; at += WORDS_PER_HIT) {
-    if (next < some.length && haveSameLinks(all, at, some, next)) next += WORDS_PER_HIT;
-    else left.push(...all.subarray(at, at + WORDS_PER_HIT));
+    while (next < some.length && compareLinks(some, next, all, at) < 0) next += WORDS_PER_HIT;
+    if (next < some.length && compareLinks(some, next, all, at) === 0) continue;
+    left.push(...all.subarray(at, at + WORDS_PER_HIT));
   }
   return Uint32Array.from(left);
 }
 
-// Two batches, instances and links: all words but the leaves.
-function haveSameLinks(a: Uint32Array, atA: number, b: Uint32Array, atB: number): boolean {
-  for (let word = 0; word < WORDS_PER_HIT - 1; ++word) {
-    if (a[atA + word] !== b[atB + word]) return false;
+// Below 0: hit a is sorted before hit b. 0: both are of the same two links.
+function compareLinks(a: Uint32Array, atA: number, b: Uint32Array, atB: number): number {
+  for (let word = 0; word < 4; ++word) {
+    if (a[atA + word] !== b[atB + word]) return a[atA + word]! - b[atB + word]!;
   }
-  return true;
+  const linksA = a[atA + 4]!, linksB = b[atB + 4]!;
+  return (linksA & 0xffff) - (linksB & 0xffff) || (linksA >>> 16) - (linksB >>> 16);
 }

@@ -75,8 +75,8 @@ export class RecordedWorld {
   }
 
   /**
-   * Triangles of skins that touch, of hits with the slots of the recording: four words each, as the engine has them, but
-   * the first is the index of the hit.
+   * Triangles of skins that touch, of hits with the slots of the recording: four words each, as the engine has them,
+   * but the first is the index of the hit.
    */
   touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array {
     const bySlot = new Map(frame.inputs.map(({batch}) => [this.recording.batches[batch]!.slot, batch]));
@@ -92,8 +92,7 @@ export class RecordedWorld {
       indices[count++] = at / WORDS_PER_HIT;
     }
     if (count === 0) return new Uint32Array(0);
-    const batches = frame.inputs.map(({batch}) => this.#batchOf(batch));
-    const found = this.#world.findTouchingTriangles({pairs: pairs.subarray(0, WORDS_PER_HIT * count), batches});
+    const found = this.#world.findTouchingTriangles(pairs.subarray(0, WORDS_PER_HIT * count));
     const words = found.words().slice();
     for (let at = 0; at < words.length; at += found.wordsPerHit) words[at] = indices[words[at]!]!;
     return words;
@@ -227,6 +226,10 @@ export class RecordedWorld {
     this.notes.push(`Articulation ${index}${name === '' ? '' : ` (${name})`} ${words}.`);
   }
 }
+
+/** Whether the engine refused what it was given. Any other error is a fault of this page. */
+export const isRefusal = (error: unknown): boolean =>
+    error instanceof CabError || (error instanceof Error && error.cause instanceof CabError);
 
 // An error of the engine, with what it is about.
 function inWords<T>(what: string, call: () => T): T {

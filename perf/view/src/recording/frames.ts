@@ -174,6 +174,7 @@ export class FramesOfChunk {
       margin: length('margin', table.margin()),
       minDepth: length('least depth', table.minDepth()),
       report: payload.oneOf(`${what}: its report`, REPORTS, table.report())!,
+      containment: !table.withoutContainment(),
       contacts: table.contacts(),
       rules: payload.list(`${what}: rule`, table.rulesLength(), (i) => table.rules(i), (rule, where) => ({
                             a: rule.a(),

@@ -155,6 +155,8 @@ export interface Settings {
   margin: number;
   minDepth: number;
   report: 'hits' | 'distances';
+  /** With the exact test surface: whether what is wholly inside a closed part of a skin is a hit. */
+  containment: boolean;
   contacts: boolean;
   rules: Rule[];
 }

@@ -1,4 +1,5 @@
 // The engine in the page beside the recording: runs the shown frame with the dial's settings, or all frames.
+import {isRefusal} from '../engine/recorded_world.js';
 import type {Dial, EngineInPage, RunResult} from '../engine/types.js';
 import type {Frame, Recording} from '../recording/types.js';
 import {hitCount} from '../scene/hits.js';
@@ -81,7 +82,8 @@ export class LiveEngine {
   touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array | null {
     try {
       return this.#engine?.touchingTriangles(frame, hits) ?? null;
-    } catch {
+    } catch (error) {
+      if (!isRefusal(error)) throw error;
       // Running the frame says why.
       return null;
     }
