@@ -338,7 +338,11 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     }
     if (memory) {
       memory->asked.reserve(engine.histories.size());
-      engine.readers[0]->past = std::move(memory);
+      Reader& reader = *engine.readers[0];
+      reader.past = std::move(memory);
+      // Its tests have the numbers of earlier ones, by which leaves of the past are kept.
+      if (reader.queries)
+        for (const auto& worker : reader.queries->workers) forget_skinned(worker->skins);
       engine.readers.resize(1);
     }
     for (const auto& reader : engine.readers) reader->past->asked.reserve(engine.histories.size());

@@ -4,6 +4,7 @@
 #include "layout/error_bounds.h"
 
 #include <algorithm>
+#include <optional>
 
 namespace cab {
 namespace {
@@ -74,8 +75,9 @@ void pose_group(const QueryRun& run, Span<const std::uint32_t> order) {
   run.own.stats.instances_posed += tile.count;
 }
 
-// Tests are told apart by numbers below this.
-constexpr std::uint32_t kMostTests = 1u << 31;
+// Tests are told apart by numbers below this. Each and this, as the index of a batch, is one that no batch has, and
+// leaves SkinCache::Key::batch a number above it.
+constexpr std::uint32_t kMostTests = (1u << 31) - 1;
 
 // Forgets the poses of the instance that was tested before.
 void begin_test(const QueryRun& run) {
@@ -86,6 +88,25 @@ void begin_test(const QueryRun& run) {
   own.test = 1;
 }
 
+// An instance as it was, for the leaves of its skin.
+struct PastSkin {
+  BatchInput input;
+  InstanceBatch batch;
+
+  // poses: of its links, kTickFloats each. place: with its orientation and scale, which are read while this is used.
+  PastSkin(const StoredHistory& history, const HistoryMoment& moment, const float* poses, const PastPlace& place) {
+    input.poses.format = PoseFormat::kQuaternionTranslation;
+    input.poses.data = poses;
+    if (place.orientation) input.orientations = {place.orientation, 4};
+    if (moment.has_scales()) input.scales = {&place.scale, 1};
+    batch.articulation = history.articulation;
+    batch.input = &input;
+    batch.link_stride = kTickFloats * sizeof(float);
+  }
+  PastSkin(const PastSkin&) = delete;
+  PastSkin& operator=(const PastSkin&) = delete;
+};
+
 // Calls visit(posed) with a candidate as it was.
 template <class Visit>
 void visit_past(const QueryRun& run, const Query& query, const PastCandidate& one, Visit&& visit) {
@@ -93,8 +114,7 @@ void visit_past(const QueryRun& run, const Query& query, const PastCandidate& on
   const StoredHistory& history = *run.asked[one.history];
   const HistoryMoment& moment = one.moment;
   float orientation[4];
-  BatchInput input;
-  InstanceBatch skin;
+  std::optional<PastSkin> skin;  // made where it is asked for
   PastPlace place = {one, {PoseFormat::kQuaternionTranslation, Scaling::kNone}, nullptr, 1, own, nullptr};
   if (run.job.exact != Exact::kNone) {
     const auto part = static_cast<float>(moment.part);
@@ -115,14 +135,8 @@ void visit_past(const QueryRun& run, const Query& query, const PastCandidate& on
     begin_test(run);
   }
   if (run.job.exact == Exact::kSurface && has_skin(*history.articulation)) {
-    input.poses.format = PoseFormat::kQuaternionTranslation;
-    input.poses.data = moment.is_between() ? own.poses.data : moment.from->pose(one.instance);
-    if (place.orientation) input.orientations = {place.orientation, 4};
-    if (moment.has_scales()) input.scales = {&place.scale, 1};
-    skin.articulation = history.articulation;
-    skin.input = &input;
-    skin.link_stride = kTickFloats * sizeof(float);
-    place.skin = &skin;
+    skin.emplace(history, moment, moment.is_between() ? own.poses.data : moment.from->pose(one.instance), place);
+    place.skin = &skin->batch;
   }
   PosedInstance posed = {&run.frame.batch(slot_index(history)),
                          slot_index(history),

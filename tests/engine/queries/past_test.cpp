@@ -1,6 +1,7 @@
 // Rays about the past of skins: as those of now where a moment was recorded, and by every triangle between two moments.
 #include "engine/queries/past.h"
 
+#include "engine/queries/history_memory.h"
 #include "perf/harness/world.h"
 #include "perf/judge/oracle/random_skins.h"
 #include "perf/judge/oracle/triangle_judge.h"
@@ -318,6 +319,62 @@ TEST_CASE("what links without leaves move is found all along its arc") {
     found += ask(past, {query}).found[0];
   }
   CHECK(found == 17);
+}
+
+TEST_CASE("what was skinned for the past is not taken for that of another test") {
+  // One instance of one triangle, which is far from where it was at every other moment.
+  const auto rig_of_links = [](std::uint32_t links) {
+    SkinRig rig;
+    for (std::uint32_t link = 0; link < links; ++link) rig.parents.push_back(static_cast<std::int32_t>(link) - 1);
+    rig.influence_count = 1;
+    rig.vertices = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
+    rig.links = {0, 0, 0};
+    rig.weights = {1, 1, 1};
+    rig.leaves.resize(1);
+    rig.triangles = {{0, 1, 2}};
+    return rig;
+  };
+  const auto at_place = [](std::uint32_t links, float x) {
+    Poses out;
+    out.link_count = links;
+    out.instance_count = 1;
+    for (std::uint32_t link = 0; link < links; ++link) out.data.insert(out.data.end(), {0, 0, 0, 1, x, 0, 0});
+    return out;
+  };
+  EngineDesc desc;
+  desc.thread_count = 1;
+  const auto is_met = [](const Past& past, std::size_t moment) {
+    Query query;
+    query.time = static_cast<double>(moment);
+    query.position[0] = static_cast<double>(past.moments[moment].data[4]);
+    query.position[2] = 1;
+    query.direction[2] = -1;
+    query.length = 2;
+    return ask(past, {query}).found[0] == 1;
+  };
+  const Past past(rig_of_links(1), {at_place(1, 0), at_place(1, 10), at_place(1, 20)}, desc);
+  SUBCASE("where a history of more links takes the place of the memory") {
+    std::vector<BatchId> longer;
+    for (const std::uint32_t links : {4u, 8u}) {
+      SkinRig rig = rig_of_links(links);
+      rig.leaves[0].triangles = rig.triangles[0];
+      ArticulationId articulation;
+      require(add_articulation(*past.engine, rig.desc(), &articulation));
+      longer.push_back(add_instances(*past.engine, articulation, 1));
+    }
+    CHECK(is_met(past, 0));
+    for (std::size_t k = 0; k < 2; ++k) {
+      HistoryId history;
+      require(add_history(*past.engine, {longer[k], 1}, &history));
+      CHECK(is_met(past, k + 1));
+    }
+  }
+  SUBCASE("where the numbers of tests begin anew") {
+    for (const std::uint32_t before : {6u, 5u}) {
+      past.engine->readers[0]->past->workers[0]->test = (1u << 31) - before;
+      for (std::size_t i = 0; i < 6; ++i) CHECK(is_met(past, 1 + i % 2));
+    }
+  }
 }
 
 TEST_CASE("the past of a skin answers rays at its triangles, and refuses other queries by name") {
