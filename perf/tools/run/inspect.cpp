@@ -197,6 +197,8 @@ int inspect_command(const InspectOptions& options) {
   if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
   if (options.names_frame && !options.writes_json && options.obj_path.empty())
     throw UsageError("--frame: needs --json or --obj, which write a frame");
+  if (!options.writes_json && !options.box_options.empty())
+    throw UsageError(options.box_options.front() + ": needs --json, which writes boxes of links");
   const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
   check_outputs(
       {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},

@@ -14,6 +14,7 @@ namespace cab::perf {
 namespace {
 
 constexpr const char* kUpForHeight = "axis for the height check; without it the axis along which the figure is tallest";
+constexpr const char* kStandardOutput = "-";
 constexpr const char* kFormats =
     "\n  BVH; glTF, FBX, COLLADA and more through assimp; ASF for a pose, AMC for a motion, with 11.asf or 11_01.asf"
     " beside 11_01.amc";
@@ -157,8 +158,7 @@ Command add_run(CLI::App& app) {
   const CLI::Option* exact = command.get_option("--exact");
   return {&command, [options, exact] {
             // A preset says nothing about exact tests.
-            const bool has_surface = options->world.skin && options->world.skin->surface;
-            if (exact->count() == 0) options->policies.exact = has_surface ? Exact::kSurface : Exact::kConvex;
+            if (exact->count() == 0) options->policies.exact = default_exact(options->world);
             return run_command(*options);
           }};
 }
@@ -173,9 +173,9 @@ Command add_inspect(CLI::App& app) {
                                 "frame of --json and --obj, counted from 0 (default 0)", read_frame);
   CLI::Option* json =
       add_path(command, "--json", o.json_path,
-               "write the joints, links, leaf boxes, merges and inner boxes of a frame as JSON; without a file to "
-               "standard output, in the place of the summary");
-  json->type_name("[OUT]")->expected(0, 1);
+               "write the joints, links, leaf boxes, merges and inner boxes of a frame as JSON; without a file, or "
+               "with -, to standard output, in the place of the summary");
+  json->option_text("[OUT]")->expected(0, 1)->default_str(kStandardOutput);
   add_read(command, "--offset", "X,Y,Z", o.offset, "metres to move the character", read_offset);
   add_read(command, "--units", "METRES_PER_UNIT", o.metres_per_unit, kUnitMeaning, read_unit);
   add_fps(command, o.frames_per_second);
@@ -193,9 +193,17 @@ Command add_inspect(CLI::App& app) {
       ->type_name("OUT.json");
   add_policy(command, policy_row("refit"), o.policies);
   add_isa(command, o.isa);
-  return {&command, [options, frame, json] {
+  const CLI::Option* const refit = command.get_option("--refit");
+  const CLI::Option* const isa = command.get_option("--isa");
+  return {&command, [options, frame, json, refit, isa] {
             options->names_frame = frame->count() > 0;
             options->writes_json = json->count() > 0;
+            for (const CLI::Option* option : {refit, isa})
+              if (option->count() > 0) options->box_options.push_back(option->get_name());
+            // CLI11 checks no text that is empty if there may be none.
+            if (options->writes_json && options->json_path.empty())
+              throw UsageError("--json: '' names no file; give a path, or none for standard output");
+            if (options->json_path == kStandardOutput) options->json_path.clear();
             return inspect_command(*options);
           }};
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "perf/base/engine_session.h"
 #include "perf/base/options.h"
@@ -52,10 +53,11 @@ struct InspectOptions {
   std::optional<scenes::SkinOptions> skin;
   std::string obj_path;  // empty: no file
   scenes::BodyOptions bodies;
-  bool names_frame = false;       // whether `frame` is from the command line
-  bool writes_json = false;       // the frame as JSON
-  std::string bodies_path;        // changes of bodies; empty: none
-  std::string write_bodies_path;  // empty: no file
+  bool names_frame = false;              // whether `frame` is from the command line
+  bool writes_json = false;              // the frame as JSON
+  std::vector<std::string> box_options;  // those of the command line that are about the boxes of a frame
+  std::string bodies_path;               // changes of bodies; empty: none
+  std::string write_bodies_path;         // empty: no file
   Policies policies;
   Isa isa = Isa::kAuto;
   std::string json_path;  // empty: with writes_json standard output

@@ -42,7 +42,10 @@ void check(const RunOptions& options) {
   check_files(options.world);
   if (options.policies.exact == Exact::kNone && options.min_depth > 0)
     throw UsageError("--min-depth: boxes alone have no depth; leave out --exact none");
-  check_exact(options.world, options.min_depth > 0 ? Exact::kConvex : options.policies.exact);
+  check_exact(options.world, options.policies.exact);
+  if (options.min_depth > 0) check_exact(options.world, Exact::kConvex);
+  if (!options.containment && options.policies.exact != Exact::kSurface)
+    throw UsageError("--no-containment: needs --exact surface, which looks for what is inside");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
                 input_paths(options.world));
 }

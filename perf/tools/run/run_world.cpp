@@ -13,6 +13,8 @@
 namespace cab::perf {
 namespace {
 
+bool has_surface(const WorldOptions& options) { return options.skin && options.skin->surface; }
+
 // Gives a character without motion the same pose in every frame, so that it is tested like a moving one.
 void hold_in_every_frame(scenes::Character& character, std::uint32_t frame_count) {
   if (!character.is_static) return;
@@ -49,11 +51,15 @@ void check_files(const WorldOptions& options) {
   check_given("--bodies", options.bodies_paths.size(), files, "file");
 }
 
+Exact default_exact(const WorldOptions& options) { return has_surface(options) ? Exact::kSurface : Exact::kConvex; }
+
 void check_exact(const WorldOptions& options, Exact exact) {
-  if (options.skin && options.skin->surface && (exact == Exact::kConvex || exact == Exact::kFcl))
+  if (has_surface(options) && (exact == Exact::kConvex || exact == Exact::kFcl))
     throw UsageError(
         "--body surface: the exact tests convex and fcl, and depths, are about solids; leave them out, or choose"
         " --body skin");
+  if (!has_surface(options) && exact == Exact::kSurface)
+    throw UsageError("--exact surface: needs --body surface, whose triangles it tests");
 }
 
 std::string motion_path(const WorldOptions& options, std::size_t file) {

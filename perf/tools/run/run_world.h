@@ -42,7 +42,10 @@ struct WorldOptions {
 // Throws UsageError if offsets, units, motions or bodies do not fit the files.
 void check_files(const WorldOptions& options);
 
-// Throws UsageError for an exact test of solids if bodies are surfaces.
+// The exact test of the bodies if none is chosen: of their triangles, or of solids.
+Exact default_exact(const WorldOptions& options);
+
+// Throws UsageError for an exact test of solids if bodies are surfaces, and for one of surfaces if they are not.
 void check_exact(const WorldOptions& options, Exact exact);
 
 // The file that has the motion of a character's file; empty if that has its own.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -248,10 +249,17 @@ TEST_CASE("docs/getting_started.md has lines of the command that print what it s
     }
   }
   CHECK(script.find("\ncab run ") != std::string::npos);
+  const std::string clips = "/usr/share/assimp/models/BVH/01_0";
+  CHECK(script.find("\ncp " + clips + "*.bvh .\n") != std::string::npos);
+  if (!std::filesystem::exists(clips + "1.bvh")) {
+    MESSAGE("skipped: there are no clips " << clips << "*.bvh");
+    return;
+  }
   const TemporaryFolder folder;
   const std::string command = CAB_COMMAND;
-  script = "cd " + (folder / "") + "\nPATH=" + command.substr(0, command.rfind('/')) + ":$PATH\n" + script;
-  const Outcome outcome = spawn("/bin/bash", {"-c", script});
+  script = "cd \"$1\"\nPATH=$2:$PATH\n" + script;
+  const Outcome outcome =
+      spawn("/bin/bash", {"-c", script, "bash", folder / "", command.substr(0, command.rfind('/'))});
   INFO(outcome.error);
   CHECK(outcome.exit_code == 0);
   CHECK(outcome.out == wanted);
@@ -363,6 +371,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect"}, "FILE"},
       {{"inspect", file, "--frame", "3"}, "--frame: needs --json or --obj"},
       {{"inspect", file, "--frame", "5", "--json"}, "frames 0 to 4"},
+      {{"inspect", file, "--refit", "best3"}, "--refit: needs --json"},
+      {{"inspect", file, "--isa", "scalar", "--obj", figures.folder / "x"}, "--isa: needs --json"},
       {{"inspect", file, "--frame", "x"}, "--frame"},
       {{"inspect", file, "--json", file}, "is an input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
@@ -374,6 +384,11 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"inspect", file, "--body", "surface", "--bodies", other}, "not of --body skin or surface"},
       {{"run", file, "--body", "surface", "--exact", "convex"}, "convex and fcl, and depths, are about solids"},
       {{"run", file, "--body", "surface", "--min-depth", ".01"}, "convex and fcl, and depths, are about solids"},
+      {{"run", file, "--body", "surface", "--exact", "none", "--no-containment"}, "--no-containment: needs --exact"},
+      {{"run", file, "--no-containment"}, "--no-containment: needs --exact surface"},
+      {{"run", file, other, "--exact", "surface"}, "--exact surface: needs --body surface"},
+      {{"run", file, "--body", "skin", "--exact", "surface"}, "--exact surface: needs --body surface"},
+      {{"run", file, "--exact", "surface", "--min-depth", ".01"}, "--exact surface: needs --body surface"},
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},

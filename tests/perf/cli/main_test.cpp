@@ -64,6 +64,7 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"run", ""}, "FILE: '' names no file"},
       {{"inspect", ""}, "FILE: '' names no file"},
       {{"inspect", file, "--obj", ""}, "--obj: '' names no file"},
+      {{"inspect", file, "--json", ""}, "--json: '' names no file"},
       {{"paper", "--csv", ""}, "--csv: '' names no file"},
       {{"verify", "--resume", ""}, "--resume: '' names no file"},
       {{"crowd", "--scene", "battle", "--clip", ""}, "--clip: '' names no file"},
@@ -103,6 +104,7 @@ TEST_CASE("inspect takes the last frame by its name") {
   const Workplace place;
   const std::string last = run_command("inspect", {place.figure, "--json", "--frame", "last"}).out;
   CHECK(last == run_command("inspect", {place.figure, "--json", "--frame", "4"}).out);
+  CHECK(last == run_command("inspect", {place.figure, "--json", "-", "--frame", "4"}).out);
   CHECK(nlohmann::json::parse(last)["frame"] == 4);
 }
 
