@@ -1,16 +1,19 @@
 #include "perf/base/output_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <streambuf>
+#include <system_error>
 
 #include "perf/base/signals.h"
 
@@ -46,6 +49,12 @@ std::string place_of(const std::string& path) {
   return error ? path : place.string();
 }
 
+bool is_device(const std::string& path) {
+  std::error_code ignored;
+  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status);
+}
+
 FileAside::FileAside(const std::string& path) : path_(path) {
   struct stat status = {};
   const bool exists = stat(path.c_str(), &status) == 0;
@@ -79,6 +88,24 @@ void FileAside::keep() {
   if (std::rename(aside_.c_str(), target_.c_str()) != 0) fail("cannot write ", path_, errno);
   keep_at_signals(aside_);
   aside_.clear();
+}
+
+TemporaryFile::TemporaryFile(const std::string& folder) : path_(folder + "/cab-XXXXXX") {
+  // No signal comes between the file and the note to remove it.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const int file = mkostemp(path_.data(), O_CLOEXEC);
+  const int reason = errno;
+  if (file >= 0) remove_at_signals(path_);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  if (file < 0) fail("cannot write ", path_, reason);
+  ::close(file);
+}
+
+TemporaryFile::~TemporaryFile() {
+  unlink(path_.c_str());
+  keep_at_signals(path_);
 }
 
 // Keeps the reason of the first failure, which a std::filebuf does not.

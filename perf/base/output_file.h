@@ -11,6 +11,9 @@ namespace cab::perf {
 // "." and "..". The path itself if the system does not say.
 std::string place_of(const std::string& path);
 
+// Whether something is there that is no regular file, such as a terminal or a pipe.
+bool is_device(const std::string& path);
+
 // A new file beside the place of an older one, under a name that begins with its own: PATH.new- and the number of this
 // process. keep() moves it there; until then the older file stays as it is. Without keep(), and at signals that end the
 // command (perf/base/signals.h), the new file is removed. A process that is killed or crashes leaves it. What is not a
@@ -31,6 +34,21 @@ class FileAside {
   std::string path_;
   std::string target_;  // the path after following symbolic links
   std::string aside_;   // empty: the path itself is written
+};
+
+// A new, empty file for what only this command reads, under a name of its own in a folder. It is removed at the end,
+// and at signals that end the command. A failure throws std::runtime_error with the path and the system's reason.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& folder);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
 };
 
 // A file to write, or none if the path is empty. It is opened before the work of which it holds the result, and written

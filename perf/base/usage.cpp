@@ -10,12 +10,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_device(const std::string& path) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  return fs::exists(status) && !fs::is_regular_file(status);
-}
-
 // A device, such as a terminal, may be written under several names. A file that is not there yet is where it will be.
 bool is_same_file(const std::string& a, const std::string& b) {
   std::error_code ignored;

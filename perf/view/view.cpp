@@ -1,6 +1,9 @@
 // `cab view`: writes a page that plays recordings, or motion files and robots, which it records first.
 #include <cab/replay.h>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -9,10 +12,12 @@
 #include <iostream>
 #include <optional>
 #include <stdexcept>
+#include <streambuf>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "perf/base/output_file.h"
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/view/options.h"
@@ -76,10 +81,34 @@ ViewKind check_kind(const ViewOptions& options) {
   return kind;
 }
 
+// The folder for a recording that the page alone has: that of the page, where there is room for it.
+std::string folder_for_recording(const std::string& page) {
+  return is_device(page) ? fs::temp_directory_path().string() : fs::path(place_of(page)).parent_path().string();
+}
+
+bool is_standard_output(const std::string& path) {
+  struct stat named = {}, open = {};
+  return stat(path.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &open) == 0 && named.st_dev == open.st_dev &&
+         named.st_ino == open.st_ino;
+}
+
+// While it lives, what the command says goes to standard error, so that a page is alone on standard output.
+class PageAlone {
+ public:
+  PageAlone() : buffer_(std::cout.rdbuf(std::cerr.rdbuf())) {}
+  ~PageAlone() { std::cout.rdbuf(buffer_); }
+  PageAlone(const PageAlone&) = delete;
+  PageAlone& operator=(const PageAlone&) = delete;
+
+ private:
+  std::streambuf* buffer_;
+};
+
 // Tests motion files or a robot, says what touches, and records that.
 void record(const ViewOptions& options, ViewKind kind, const std::string& path) {
   if (kind == ViewKind::kMotion) {
     RunOptions run = options.run;
+    run.policies.exact = default_exact(run.world);
     run.recording.path = path;
     run.recording.is_aside = true;
     run_command(run);
@@ -107,19 +136,21 @@ int view_command(const ViewOptions& options) {
   if (found.empty()) throw std::runtime_error(how_to_get_page());
   const Page page = read_page(found);
   OutputFile out(out_path);
-  std::optional<FileAside> aside;  // a recording that the page alone has
+  std::optional<PageAlone> page_alone;
+  if (is_standard_output(out_path)) page_alone.emplace();
+  std::optional<TemporaryFile> made;  // a recording that the page alone has
   if (kind != ViewKind::kRecordings) {
-    aside.emplace(fs::path(out_path).replace_extension(".cab").string());
-    record(options, kind, aside->path());
-    files = {aside->path()};
+    made.emplace(folder_for_recording(out_path));
+    record(options, kind, made->path());
+    files = {made->path()};
   }
   std::vector<PageRecording> recordings;
   std::uint64_t bytes = 0;
   for (const std::string& file : files) {
     const std::uint32_t frame_count = check_recording(file);
-    const fs::path name = aside ? first.filename().replace_extension(".cab") : fs::path(file).filename();
+    const fs::path name = made ? first.filename().replace_extension(".cab") : fs::path(file).filename();
     if (recordings.empty() && options.frame > 0 && options.frame >= frame_count)
-      throw UsageError("--frame: " + scenes::printable(aside ? first.string() : file) + " has " +
+      throw UsageError("--frame: " + scenes::printable(made ? first.string() : file) + " has " +
                        std::to_string(frame_count) + " frames, counted from 0, not " + std::to_string(options.frame));
     recordings.push_back({name.string(), file});
     bytes += fs::file_size(file);
@@ -129,6 +160,7 @@ int view_command(const ViewOptions& options) {
     write_page(out.stream(), page, {}, recordings, [&bar](std::uint64_t read) { bar.advance(read); });
   }
   out.close();
+  if (page_alone || is_device(out_path)) return 0;
   std::cout << scenes::printable(out_path) << ": " << fs::file_size(out_path) << " bytes. Open it in a browser:\n  "
             << file_address(out_path) << "#recording=0&frame=" << options.frame << '\n';
   return 0;

@@ -157,11 +157,25 @@ TEST_CASE("a signal removes every new file, however many there are and whichever
       aside[3]->keep();
       aside[30]->keep();
     }
+    const perf::TemporaryFile temporary(place.folder / ".");
     std::raise(SIGTERM);
     _exit(0);
   }
   CHECK(exit_code_of(child) == 128 + SIGTERM);
   CHECK(place.file_count() == files + 2);
+}
+
+TEST_CASE("files of one folder for what only the command reads have names of their own, and go with their objects") {
+  const Workplace place;
+  const std::size_t files = place.file_count();
+  {
+    const perf::TemporaryFile first(place.folder / "."), second(place.folder / ".");
+    CHECK(first.path() != second.path());
+    CHECK(place.file_count() == files + 2);
+    CHECK(read_text(first.path()).empty());
+  }
+  CHECK(place.file_count() == files);
+  CHECK_THROWS_WITH(perf::TemporaryFile(place.folder / "none"), doctest::Contains(": No such file or directory"));
 }
 
 TEST_CASE("a command whose reader goes away leaves no file") {

@@ -9,6 +9,7 @@
 
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
+#include "tests/scenes/import/made_skin.h"
 
 namespace cab::tests {
 namespace {
@@ -99,6 +100,74 @@ TEST_CASE("cab view of motion files says what touches, and the page has the reco
   };
   CHECK(hash(copy).find_first_not_of("0123456789abcdef") == std::string::npos);
   CHECK(hash(copy) == hash(recording));
+}
+
+TEST_CASE("cab view of surfaces tests their triangles, as cab run does") {
+  const TemporaryFolder folder;
+  const std::string boxes = folder / "boxes.glb", viewer = folder / "cab_view.html";
+  write_text(boxes, glb(two_boxes()));
+  write_text(viewer, "<!--CAB-DATA-->\n");
+  const Words files = {boxes, boxes, "--offset", "0,0,0", "--offset", "0.5,0,0", "--body", "surface"};
+  const Outcome run = run_command("run", files);
+  REQUIRE(run.exit_code == 0);
+  CHECK(run.out.find(" by their surfaces in ") != std::string::npos);
+  Words words = files;
+  words.insert(words.end(), {"--page", viewer});
+  const Outcome outcome = run_command("view", words);
+  INFO(outcome.error);
+  REQUIRE(outcome.exit_code == 0);
+  CHECK(outcome.out.rfind(run.out, 0) == 0);
+  write_text(folder / "copy.cab", recording_in(read_text(folder / "boxes.html")));
+  CHECK(run_command("replay", {folder / "copy.cab"}).exit_code == 0);
+}
+
+TEST_CASE("the recording of a page comes between no other files") {
+  const TemporaryFolder folder;
+  const std::string anna = folder / "anna.bvh", viewer = folder / "cab_view.html", page = folder / "page.cab";
+  write_text(anna, bvh_text({5, 0, 0, 0}));
+  write_text(viewer, "<!doctype html>\n<!--CAB-DATA-->\n");
+  std::filesystem::create_directory(folder / "anna.cab");
+  std::set<std::string> expected = names_in(folder);
+  const auto view = [&](const Words& more) {
+    Words words = {anna, anna, "--page", viewer};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run_command("view", words);
+    INFO(outcome.error);
+    CHECK(outcome.exit_code == 0);
+  };
+  view({});
+  expected.insert("anna.html");
+  CHECK(names_in(folder) == expected);
+  view({"--out", page});
+  expected.insert("page.cab");
+  CHECK(names_in(folder) == expected);
+  for (const std::string& written : {folder / "anna.html", page}) {
+    const std::string text = read_text(written);
+    CHECK(text.rfind("<!doctype html>", 0) == 0);
+    CHECK(recording_in(text).rfind("CABREC", 0) == 0);
+  }
+}
+
+TEST_CASE("a page that goes to standard output is alone there") {
+  const TemporaryFolder folder;
+  const std::string anna = folder / "anna.bvh", viewer = folder / "cab_view.html";
+  write_text(anna, bvh_text({5, 0, 0, 0}));
+  write_text(viewer, "<!doctype html>\n<!--CAB-DATA-->\n</html>\n");
+  const std::string answer = run_command("run", {anna, anna}).out;
+  REQUIRE(answer.find(" pairs of links touch ") != std::string::npos);
+  const Words words = {anna, anna, "--page", viewer, "--out", "/dev/stdout"};
+  Words piped = {"-c", "set -o pipefail; \"$@\" | cat", "bash", CAB_COMMAND, "view"};
+  piped.insert(piped.end(), words.begin(), words.end());
+  for (const Outcome& outcome : {spawn("/bin/bash", piped), run_command("view", words)}) {
+    INFO(outcome.error);
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.error.find(answer) != std::string::npos);
+    const std::string begin = "<!doctype html>\n", end = "</html>\n";
+    REQUIRE(outcome.out.size() > begin.size() + end.size());
+    CHECK(outcome.out.substr(0, begin.size()) == begin);
+    CHECK(outcome.out.substr(outcome.out.size() - end.size()) == end);
+    CHECK(recording_in(outcome.out).rfind("CABREC", 0) == 0);
+  }
 }
 
 TEST_CASE("cab view of a robot shows the states of a file") {
