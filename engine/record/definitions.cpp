@@ -107,9 +107,9 @@ std::string read_skin(const std::unique_ptr<format::SkinT>& table, std::uint64_t
     return "its skin has influences of another number of vertices";
   if (!table->inverse_bind.empty() && table->inverse_bind.size() != 16 * links)
     return "its skin has matrices for another number of links";
-  const auto is_link = [links](std::uint32_t link) { return link < links; };
-  if (!std::all_of(table->influence_links.begin(), table->influence_links.end(), is_link))
-    return "its skin is moved by a link that it does not have";
+  for (std::size_t i = 0; i < influences; ++i)
+    if (table->influence_weights[i] != 0 && table->influence_links[i] >= links)
+      return "its skin is moved by a link that it does not have";
   skin.vertices = table->vertices;
   skin.influence_count = table->influence_count;
   skin.influence_links = table->influence_links;

@@ -15,6 +15,9 @@ namespace {
 // The most hits, and triangles, that a frame finds room for at first.
 constexpr std::size_t kFirstRoom = 256;
 
+// The most pairs of triangles that there is room for: 256 MiB. Each of a file's few triangles may touch each other.
+constexpr std::size_t kMostTriangles = std::size_t{1} << 24;
+
 void require(Status status, const std::string& what) {
   if (status == Status::kOutOfMemory) throw std::bad_alloc();
   if (status != Status::kOk) throw Failure(what + ": " + to_string(status));
@@ -37,7 +40,7 @@ struct Player::Storage {
   Engine* engine = nullptr;
   std::vector<ArticulationId> articulations;
   std::map<std::uint32_t, Loaded> batches;  // by index in the recording
-  std::vector<std::uint32_t> slots;         // of the recording, by slot of the engine less 1
+  std::vector<std::uint32_t> slots;         // of the recording, by slot of the engine less 1: ascending
   std::vector<Hit> hits;
   std::vector<Contact> contacts;
   std::size_t hit_count = 0;
@@ -158,13 +161,17 @@ void Player::Storage::find_triangles(const RecordedFrame& frame, Span<const Hit>
   pairs.assign(of.begin(), of.end());
   for (Hit& pair : pairs)
     for (BatchSlot* const slot : {&pair.batch_a, &pair.batch_b}) {
-      const auto found = std::find(slots.begin(), slots.end(), slot->value);
-      if (found == slots.end()) throw Failure("a hit is of a batch that the frame does not have");
+      const auto found = std::lower_bound(slots.begin(), slots.end(), slot->value);
+      if (found == slots.end() || *found != slot->value)
+        throw Failure("a hit is of a batch that the frame does not have");
       slot->value = static_cast<std::uint32_t>(found - slots.begin()) + 1;
     }
   std::size_t needed = std::max(triangles.size(), kFirstRoom);
   Status status = Status::kHitsOverflow;
   while (status == Status::kHitsOverflow) {
+    if (needed > kMostTriangles)
+      throw Failure(std::to_string(needed) + " pairs of triangles touch, and " + std::to_string(kMostTriangles) +
+                    " are the most");
     triangles.resize(needed);
     status = find_touching_triangles(*engine, inputs, pairs, triangles, &needed);
   }

@@ -60,7 +60,8 @@ test('a job without containment is read, beside others of the same chunk', () =>
 
 test('a skin is read with the triangles of its leaves, in the place of boxes', () => {
   const bound: Articulation = {...CLOTH, skin: {...CLOTH.skin!, inverseBind: Float32Array.from({length: 32}, (_, i) => i)}};
-  for (const cloth of [CLOTH, bound]) {
+  const unmoved: Articulation = {...CLOTH, skin: {...CLOTH.skin!, influenceLinks: new Uint32Array([0, 9, 0, 1, 0, 9, 0, 1])}};
+  for (const cloth of [CLOTH, bound, unmoved]) {
     const {articulations, problems} = readRecording(
         fileOf([chunkOfContents({...DEFINITIONS, articulations: [ARM, CRATE, cloth], frames: frames(0, 1)})]), 'cloth.cab');
     assert.deepEqual(problems, []);

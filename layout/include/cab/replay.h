@@ -145,8 +145,8 @@ class Player {
   Span<const Hit> hits() const noexcept;
   Span<const Contact> contacts() const noexcept;  // one per hit, if the frame has_contacts and there is an exact test
 
-  // Finds the triangles of skins that touch in the poses of a frame, of each two links of `pairs`: hits of the
-  // recording or of this player, as find_touching_triangles takes them. False if the engine refuses; error() says why.
+  // Finds the triangles of skins that touch in a frame's poses, of each two links of `pairs`: hits of the recording or
+  // of this player. False if the engine refuses, or if more than 2^24 pairs of triangles touch; error() says why.
   [[nodiscard]] bool find_triangles(const RecordedFrame& frame, Span<const Hit> pairs) noexcept;
 
   // What the last find_triangles found, in the order of find_touching_triangles. Valid until its next call.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "layout/pose_coding.h"
 #include "perf/tools/replay/hit_names.h"
@@ -108,6 +109,17 @@ class InstanceOfSkin {
   Vec3 origin_ = {0, 0, 0};
 };
 
+// Whether two hits are of the same links, as no frame has them.
+bool has_doubles(std::vector<Hit> hits) {
+  const auto links = [](const Hit& hit) {
+    return std::make_tuple(hit.batch_a.value, hit.instance_a, hit.link_a, hit.batch_b.value, hit.instance_b,
+                           hit.link_b);
+  };
+  std::sort(hits.begin(), hits.end(), [&links](const Hit& x, const Hit& y) { return links(x) < links(y); });
+  const auto same = [&links](const Hit& x, const Hit& y) { return links(x) == links(y); };
+  return std::adjacent_find(hits.begin(), hits.end(), same) != hits.end();
+}
+
 // Adds the points in which the sides of `sides` pass through `triangle`. Returns how many there are.
 std::uint32_t add_points(const Vec3 (&sides)[3], const Vec3 (&triangle)[3], Vec3& sum) {
   const Vec3 u = triangle[1] - triangle[0], v = triangle[2] - triangle[0], normal = scenes::cross(u, v);
@@ -157,6 +169,10 @@ const std::vector<SurfaceTouch>& SurfaceTouches::of(const record::RecordedFrame&
     hit_of.push_back(h);
   }
   if (pairs.empty()) return touches_;
+  if (has_doubles(pairs)) {
+    error_ = "a frame has two hits of the same links";
+    return touches_;
+  }
   const auto refuse = [&]() -> const std::vector<SurfaceTouch>& {
     error_ = player_->error();
     return touches_;

@@ -2,6 +2,7 @@
 #include "engine/record/budget.h"
 
 #include <functional>
+#include <limits>
 
 #include "engine/record/chunk.h"
 #include "tests/engine/record/recorded_world.h"
@@ -26,7 +27,9 @@ struct Made {
   std::string policy = "refit", value = "cab";
   // A skin, whose triangles a leaf has in the place of a box.
   bool has_skin = false;
-  std::uint32_t influence_count = 1, moving_link = 0, shared_leaves = 1;
+  std::uint32_t influence_count = 1, shared_leaves = 1;
+  std::vector<std::uint32_t> influence_links = {0, 0, 0};
+  std::vector<float> influence_weights = {1, 1, 1};
   std::size_t numbers_of_vertices = 9, matrix_numbers = 16;
   std::vector<std::uint32_t> triangles = {0, 1, 2};
 };
@@ -35,12 +38,11 @@ struct Made {
 fb::Offset<format::Skin> skin_of(fb::FlatBufferBuilder& builder, const Made& made) {
   std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   vertices.resize(made.numbers_of_vertices, 1);
-  const std::vector<std::uint32_t> links(3, made.moving_link);
-  const std::vector<float> weights(3, 1);
   std::vector<float> matrices(made.matrix_numbers, 0);
   for (std::size_t k = 0; k < matrices.size(); k += 5) matrices[k] = 1;
-  return format::CreateSkin(builder, builder.CreateVector(vertices), made.influence_count, builder.CreateVector(links),
-                            builder.CreateVector(weights), builder.CreateVector(matrices));
+  return format::CreateSkin(builder, builder.CreateVector(vertices), made.influence_count,
+                            builder.CreateVector(made.influence_links), builder.CreateVector(made.influence_weights),
+                            builder.CreateVector(matrices));
 }
 
 std::vector<std::uint8_t> bytes_of(const Made& made) {
@@ -155,8 +157,19 @@ TEST_CASE("a skin is read as it is, and one that names what it does not have is 
   other.triangles = {};
   refused(other, "a leaf has neither a box nor triangles");
   other = made;
-  other.moving_link = 1;
+  other.influence_links = {0, 0, 1};
   refused(other, "its skin is moved by a link that it does not have");
+  // A weight of 0 has no effect, for the engine neither: no vertex is moved by its link.
+  other.influence_weights = {1, 1, 0};
+  CHECK(says(reading(other), to_string(Status::kBadSkin)));
+  other.influence_count = 2;
+  other.influence_links = {0, 7, 0xffffffff, 0, 0, 1};
+  other.influence_weights = {1, 0, 0, 1, 1, -0.0f};
+  CHECK(reading(other).empty());
+  for (const float weight : {1e-30f, -1.0f, std::numeric_limits<float>::quiet_NaN()}) {
+    other.influence_weights[1] = weight;
+    refused(other, "its skin is moved by a link that it does not have");
+  }
   other = made;
   other.numbers_of_vertices = 10;
   refused(other, "the vertices of its skin are not x y z");
@@ -235,6 +248,26 @@ TEST_CASE("a batch that claims millions of instances takes memory for those of i
   EngineMemory memory;
   oracle::require(engine_memory(*player.engine(), &memory));
   CHECK(memory.batches < 100000);
+}
+
+// A leaf may name one triangle often, so that a small file has many pairs of triangles.
+TEST_CASE("a player finds no more triangles than there is room for") {
+  Made made;
+  made.has_skin = true;
+  made.triangles.clear();
+  for (std::uint32_t i = 0; i < 4097; ++i) made.triangles.insert(made.triangles.end(), {0, 1, 2});
+  made.hits = {1, 0, 2, 0, 0, 0};
+  const std::vector<std::uint8_t> file = bytes_of(made);
+  CHECK(file.size() < 100000);
+  record::Recording recording;
+  must(recording, recording.open_bytes(file, "made.cab"));
+  record::RecordedFrame frame;
+  must(recording, recording.read_frame(0, &frame));
+  record::Player player;
+  must(player, player.open(recording));
+  CHECK_FALSE(player.find_triangles(frame, frame.hits));
+  CHECK(says(player.error(), "16785409 pairs of triangles touch, and 16777216 are the most"));
+  CHECK(player.triangles().empty());
 }
 
 TEST_CASE("what expands is counted as often as it is named") {

@@ -121,7 +121,9 @@ function readSkin(payload: Payload, what: string, table: SkinTable, linkCount: n
   payload.check(influenceLinks.length === influences && influenceWeights.length === influences,
                 () => `${what}: ${influenceLinks.length} links and ${influenceWeights.length} weights, and ` +
                       `${influences} are needed`);
-  for (const link of influenceLinks) linkOf(payload, what, link, linkCount);
+  for (const [i, link] of influenceLinks.entries()) {
+    if (influenceWeights[i] !== 0) linkOf(payload, what, link, linkCount);
+  }
   const inverseBind = payload.numbers(`${what}: its matrices`, () => table.inverseBindArray());
   payload.check(inverseBind === null || inverseBind.length === 16 * linkCount,
                 () => `${what}: ${inverseBind?.length} numbers are not the matrices of ${linkCount} links`);

@@ -132,6 +132,25 @@ TEST_CASE("triangles of hits are counted as the engine finds them, and lie where
   CHECK(alone >= least_count(40, 800));
 }
 
+TEST_CASE("triangles are not looked for where a recording has a hit twice") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "twice.cab";
+  Random random(742);
+  record::Recording recording;
+  record::RecordedFrame frame;
+  while (frame.hits.empty()) {
+    const RecordedSkin skin(random, path);
+    REQUIRE(recording.open(path.c_str()));
+    REQUIRE(recording.read_frame(0, &frame));
+  }
+  std::vector<Hit> hits(frame.hits.begin(), frame.hits.end());
+  hits.push_back(hits[0]);
+  frame.hits = hits;
+  perf::SurfaceTouches surfaces(recording);
+  CHECK(surfaces.of(frame).empty());
+  CHECK(surfaces.error() == "a frame has two hits of the same links");
+}
+
 TEST_CASE("triangles meet in the middle of the line that they have in common") {
   using scenes::Vec3;
   const auto near = [](const Vec3& a, const Vec3& b) {
