@@ -79,8 +79,6 @@ class PartSearch {
   }
 
  private:
-  using Ball = std::pair<std::uint32_t, std::vector<Double3>>;  // a link, and points in its frame
-
   std::uint32_t root_of(std::uint32_t vertex) {
     while (above_[vertex] != vertex) vertex = above_[vertex] = above_[above_[vertex]];
     return vertex;
@@ -184,8 +182,9 @@ class PartSearch {
       }
   }
 
-  // Puts a vertex where each link moves it, in the frame of that link.
-  void add_vertex(std::uint32_t vertex, std::map<std::uint32_t, std::vector<Double3>>& by_link) const {
+  // Calls take(link, point) with a vertex where each link moves it, in the frame of that link.
+  template <class Take>
+  void for_each_place(std::uint32_t vertex, Take&& take) const {
     const SkinDesc& skin = desc_.skin;
     const Double3 at = place_of(vertex);
     for (std::size_t i = 0; i < skin.influence_count; ++i) {
@@ -200,28 +199,39 @@ class PartSearch {
           for (std::size_t k = 0; k < 3; ++k) bound[c] += static_cast<double>(bind[4 * k + c]) * at[k];
         }
       }
-      by_link[link].push_back(bound);
+      take(link, bound);
     }
   }
 
-  static LinkBall ball_about(std::uint32_t link, const std::vector<Double3>& points) {
-    Bounds bounds;
-    for (const Double3& at : points) bounds.add(at);
-    LinkBall out = {link, {}, 0};
-    Double3 center = bounds.middle();
-    for (std::size_t c = 0; c < 3; ++c) {
-      out.center[c] = static_cast<float>(center[c]);
-      center[c] = static_cast<double>(out.center[c]);
+  // Adds balls about vertices, one for each link that moves some of them: about the middle of their bounds, then as far
+  // as they reach from there. Points are made twice and not stored, since each of many leaves may have all of them.
+  void add_balls(const std::vector<std::uint32_t>& vertices, std::vector<LinkBall>& out) const {
+    struct Points {
+      Bounds bounds;
+      Double3 center = {};
+      double reach = 0;
+    };
+    std::map<std::uint32_t, Points> by_link;
+    for (const std::uint32_t vertex : vertices)
+      for_each_place(vertex, [&](std::uint32_t link, const Double3& at) { by_link[link].bounds.add(at); });
+    for (auto& [link, points] : by_link) {
+      points.center = points.bounds.middle();
+      for (double& x : points.center) x = static_cast<double>(static_cast<float>(x));
     }
-    double reach = 0;
-    for (const Double3& at : points) reach = std::max(reach, distance(at, center));
-    out.reach = rounded_up(reach);
-    return out;
+    for (const std::uint32_t vertex : vertices)
+      for_each_place(vertex, [&](std::uint32_t link, const Double3& at) {
+        Points& points = by_link[link];
+        points.reach = std::max(points.reach, distance(at, points.center));
+      });
+    for (const auto& [link, points] : by_link) {
+      LinkBall ball = {link, {}, rounded_up(points.reach)};
+      for (std::size_t c = 0; c < 3; ++c) ball.center[c] = static_cast<float>(points.center[c]);
+      out.push_back(ball);
+    }
   }
 
   // Balls about the vertices of closed parts: of each leaf, and of all.
   void list_balls() {
-    std::map<std::uint32_t, std::vector<Double3>> all;
     for (std::uint32_t leaf = 0; leaf < desc_.leaves.size; ++leaf) {
       std::vector<std::uint32_t> vertices;
       for (const std::uint32_t vertex : desc_.leaves[leaf].triangles)
@@ -229,16 +239,14 @@ class PartSearch {
       if (vertices.empty()) continue;
       std::sort(vertices.begin(), vertices.end());
       vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-      std::map<std::uint32_t, std::vector<Double3>> own;
-      for (const std::uint32_t vertex : vertices) add_vertex(vertex, own);
-      leaves_.push_back({leaf, static_cast<std::uint32_t>(balls_.size()), static_cast<std::uint32_t>(own.size())});
-      for (const auto& [link, points] : own) {
-        balls_.push_back(ball_about(link, points));
-        std::vector<Double3>& of_all = all[link];
-        of_all.insert(of_all.end(), points.begin(), points.end());
-      }
+      const auto begin = static_cast<std::uint32_t>(balls_.size());
+      add_balls(vertices, balls_);
+      leaves_.push_back({leaf, begin, static_cast<std::uint32_t>(balls_.size()) - begin});
     }
-    for (const auto& [link, points] : all) all_.push_back(ball_about(link, points));
+    std::vector<std::uint32_t> all;
+    for (const FoundPart& found : parts_)
+      if (found.is_closed) all.insert(all.end(), found.vertices.begin(), found.vertices.end());
+    add_balls(all, all_);
   }
 
   std::vector<std::uint32_t> closed_parts() {

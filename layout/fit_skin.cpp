@@ -304,8 +304,9 @@ bool is_valid_bind(const float* m) {
 bool has_valid_sizes(const SkinDesc& skin, std::size_t link_count) {
   const std::size_t count = skin.vertices.size / 3, influences = skin.influence_links.size;
   const auto has_data = [](const auto& span) { return span.size == 0 || span.data; };
-  return skin.vertices.size % 3 == 0 && skin.influence_count > 0 && influences % skin.influence_count == 0 &&
-         influences / skin.influence_count == count && skin.influence_weights.size == influences &&
+  return skin.vertices.size % 3 == 0 && skin.influence_count > 0 && skin.influence_count <= kMaxLinks &&
+         influences % skin.influence_count == 0 && influences / skin.influence_count == count &&
+         skin.influence_weights.size == influences &&
          (skin.inverse_bind.size == 0 || skin.inverse_bind.size == 16 * link_count) && has_data(skin.vertices) &&
          has_data(skin.influence_links) && has_data(skin.influence_weights) && has_data(skin.inverse_bind);
 }

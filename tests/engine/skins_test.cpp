@@ -360,6 +360,21 @@ TEST_CASE("a bad skin is refused with the vertex, link or leaf at fault, and not
   refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { --desc.skin.inverse_bind.size; });
   refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { desc.skin.influence_count = 0; });
   refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { --desc.skin.influence_weights.size; });
+  // Of one link many times, or of none: more influences than there may be links.
+  for (const std::uint32_t count : {kMaxLinks, kMaxLinks + 1}) {
+    SkinRig many = rig;
+    many.influence_count = count;
+    many.links.clear();
+    many.weights.clear();
+    for (std::size_t v = 0; 3 * v < rig.vertices.size(); ++v)
+      for (std::size_t i = 0; i < count; ++i) {
+        many.links.push_back(i < each ? rig.links[each * v + i] : 0xffffffff);
+        many.weights.push_back(i < each ? rig.weights[each * v + i] : 0);
+      }
+    for (std::size_t leaf = 0; leaf < many.leaves.size(); ++leaf) many.leaves[leaf].triangles = many.triangles[leaf];
+    ArticulationId id;
+    CHECK(add_articulation(*make_engine(), many.desc(), &id) == (count == kMaxLinks ? Status::kOk : Status::kBadSkin));
+  }
   refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { desc.skin.vertices.data = nullptr; });
   refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.triangles[1][2] = 1u << 30; });
   refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { --bad.leaves[1].triangles.size; });

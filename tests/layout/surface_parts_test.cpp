@@ -7,6 +7,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cstring>
 #include <set>
 
 namespace cab::tests {
@@ -125,6 +126,48 @@ TEST_CASE("balls hold every vertex of closed parts where each link moves it") {
           ++held;
         }
     CHECK(held > 300);
+    // Influences of a link that are given apart, and triangles that leaves have twice, change no ball.
+    SkinRig twice = rig;
+    twice.influence_count = 2 * rig.influence_count;
+    twice.links.clear();
+    twice.weights.clear();
+    for (std::size_t i = 0; i < rig.links.size(); ++i)
+      for (const float share : {0.25f, 0.75f}) {
+        twice.links.push_back(rig.links[i]);
+        twice.weights.push_back(share * rig.weights[i]);
+      }
+    for (std::size_t leaf = 0; leaf < rig.leaves.size(); ++leaf) {
+      std::vector<std::uint32_t>& corners = twice.triangles[leaf];
+      corners.insert(corners.end(), rig.triangles[leaf].begin(), rig.triangles[leaf].end());
+      twice.leaves[leaf].triangles = corners;
+    }
+    const Built again(twice);
+    for (const auto list : {&SurfaceParts::balls, &SurfaceParts::all}) {
+      const Span<const LinkBall> a = parts.*list, b = again.parts().*list;
+      REQUIRE(a.size == b.size);
+      CHECK(std::memcmp(a.data, b.data, a.size * sizeof(LinkBall)) == 0);
+    }
+  }
+}
+
+TEST_CASE("a ball reaches to the farthest vertex that its link moves, and no further") {
+  Random random(423);
+  const SkinRig rig = rig_of(lump_mesh(random, 2, {{3, 1, 1}}, {{2, 0, 0}}), 4, 1.5, 30);
+  const Built built(rig);
+  const SurfaceParts& parts = built.parts();
+  REQUIRE(!parts.all.empty());
+  for (const LinkBall& ball : parts.all) {
+    double farthest = 0;
+    for (std::size_t i = 0; i < rig.links.size(); ++i) {
+      if (rig.links[i] != ball.link || rig.weights[i] == 0) continue;
+      double square = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double at = static_cast<double>(rig.vertices[i / 2 * 3 + c]) - (c == 0 ? 1.5 * ball.link : 0);
+        square += (at - static_cast<double>(ball.center[c])) * (at - static_cast<double>(ball.center[c]));
+      }
+      farthest = std::max(farthest, std::sqrt(square));
+    }
+    CHECK(static_cast<double>(ball.reach) == doctest::Approx(farthest).epsilon(1e-6));
   }
 }
 

@@ -666,7 +666,7 @@ typedef struct cab_SkinDesc {
   // x y z per vertex, in the skin's own frame and in the caller's unit.
   cab_ConstFloatSpan vertices;
 
-  // How many links move a vertex at most; the index of each, and its weight: influence_count values per vertex. A
+  // How many links move a vertex at most, 1 to CAB_MAX_LINKS; the index of each, and its weight: so many per vertex. A
   // weight of 0 has no effect, others are above 0. The weights of a vertex are divided by their sum, which is not 0.
   uint32_t influence_count;
   cab_ConstUint32Span influence_links;
