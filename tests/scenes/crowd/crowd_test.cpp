@@ -205,7 +205,7 @@ TEST_CASE("humanoids touch as often as the scene says, and every strategy finds 
     const std::vector<PosedGroup> posed = posed_at(crowd, 0);
     const Frame expected = run(crowd, posed, strategies()[2]);
     CHECK(expected.stats.instances_masked == 0);
-    CHECK(expected.hits.empty() == (name == "far"));
+    CHECK(expected.hits.empty() == (name == "far" || name == "skins"));  // nobody there is near another
     const double pairs = static_cast<double>(expected.stats.leaf_pairs) / count;
     CAPTURE(pairs);
     if (known) CHECK(std::abs(pairs - scene.pairs_per_character) <= scene.tolerance * scene.pairs_per_character);
