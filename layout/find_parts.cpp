@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace cab {
@@ -68,6 +69,7 @@ class PartSearch {
       links.insert(links.end(), found.links.begin(), found.links.end());
       parts.push_back(found.part);
     }
+    for (const std::uint16_t link : common_links()) links.push_back(link);
     list_balls();
     out.parts = constant(arena.copy(Span<const SurfacePart>(parts)));
     out.links = constant(arena.copy(Span<const std::uint16_t>(links)));
@@ -247,6 +249,21 @@ class PartSearch {
     for (const FoundPart& found : parts_)
       if (found.is_closed) all.insert(all.end(), found.vertices.begin(), found.vertices.end());
     add_balls(all, all_);
+  }
+
+  // The links that all closed parts have; none without closed parts.
+  std::vector<std::uint16_t> common_links() const {
+    std::vector<std::uint16_t> out;
+    bool is_first = true;
+    for (const FoundPart& found : parts_) {
+      if (!found.is_closed) continue;
+      if (std::exchange(is_first, false)) out = found.links;
+      const auto is_missing = [&found](std::uint16_t link) {
+        return !std::binary_search(found.links.begin(), found.links.end(), link);
+      };
+      out.erase(std::remove_if(out.begin(), out.end(), is_missing), out.end());
+    }
+    return out;
   }
 
   std::vector<std::uint32_t> closed_parts() {

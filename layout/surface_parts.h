@@ -33,7 +33,7 @@ struct ClosedLeaf {
 // What an articulation has of its parts, or nothing without triangles.
 struct SurfaceParts {
   Span<const SurfacePart> parts;          // ascending by their first vertices
-  Span<const std::uint16_t> links;        // of each part ascending
+  Span<const std::uint16_t> links;        // of each part ascending; then those that all closed parts have, ascending
   Span<const std::uint32_t> closed_part;  // by patch kLanes of them, by lane: the part of the triangle, or kNoPart
   Span<const ClosedLeaf> leaves;          // none if no part is closed
   Span<const LinkBall> balls;             // of leaves

@@ -2,6 +2,7 @@
 
 #include "engine/exact/convex.h"
 #include "engine/step/candidate.h"
+#include "engine/step/in_contact.h"
 #include "layout/convex_shapes.h"
 #include "layout/error_bounds.h"
 
@@ -68,6 +69,13 @@ struct Inner {
   Span<const std::uint16_t> links;  // of all of it, ascending
 };
 
+// The links that all closed parts have: those after the last part's.
+Span<const std::uint16_t> common_links(const SurfaceParts& of) {
+  const SurfacePart& last = of.parts[of.parts.size - 1];
+  const std::size_t end = std::size_t{last.link_begin} + last.link_count;
+  return {of.links.data + end, of.links.size - end};
+}
+
 auto order(const LeafPair& pair) { return std::make_tuple(pair.candidate, pair.a, pair.b); }
 
 // Sorts leaf pairs from a place on, by candidates, then by leaves, and leaves one of equal ones.
@@ -90,12 +98,14 @@ class InsideSearch {
         inner_(outer_is_a ? exact_leaf(frame, candidate.batch_b, candidate.instance_b, 0)
                           : exact_leaf(frame, candidate.batch_a, candidate.instance_a, 0)),
         parts_(outer_.batch->articulation->surface_parts),
+        common_(common_links(parts_)),
         index_(index),
         outer_is_a_(outer_is_a),
         found_(found),
         first_added_(first_added),
         scratch_(scratch),
         own_(scratch.inside),
+        at_(outer_is_a ? own_.a : own_.b),
         stats_(stats) {
     origin_difference(outer_, inner_, shift_);
   }
@@ -103,7 +113,7 @@ class InsideSearch {
   // touching: the leaf pairs of the candidate that touch.
   void run(Span<const LeafPair> touching) {
     touching_ = touching;
-    bound();
+    mark_touching();
     try_parts();
     try_shapes();
   }
@@ -111,7 +121,7 @@ class InsideSearch {
  private:
   // Where the middle of a ball is, and how far it reaches, with room for rounding.
   Double3 place(const LinkBall& ball, double* reach) const {
-    const kernel::RigidLanes<double>& pose = own_.poses[ball.link];
+    const kernel::RigidLanes<double>& pose = at_.poses[ball.link];
     const Double3 own = pose.scale * double3(ball.center);
     const double size = kernel::sum(kernel::abs(pose.translation)) + kernel::sum(kernel::abs(own));
     *reach = pose.scale * static_cast<double>(ball.reach);
@@ -119,31 +129,45 @@ class InsideSearch {
     return pose.translation + kernel::rotate(pose.column, own);
   }
 
-  // Bounds all closed parts, unless the last search did.
+  // Notes which links of the inner one touch a link of every closed part already.
+  void mark_touching() {
+    if (touching_.empty() || common_.empty()) return;
+    std::fill_n(own_.touching.begin(), inner_.batch->articulation->link_count, std::uint8_t{0});
+    for (const LeafPair& pair : touching_)
+      if (std::binary_search(common_.begin(), common_.end(), outer_link(pair))) own_.touching[inner_link(pair)] = 1;
+  }
+
+  // Whether one of some links of the inner one touches a link of every closed part already: then a ray adds nothing.
+  bool touches_all(Span<const std::uint16_t> links) const {
+    return !touching_.empty() && !common_.empty() &&
+           std::any_of(links.begin(), links.end(), [this](std::uint16_t link) { return own_.touching[link] != 0; });
+  }
+
+  // Bounds all closed parts, unless the last search of this instance did.
   void bound() {
-    if (own_.batch == outer_.batch_index + 1 && own_.instance == outer_.instance) return;
-    own_.batch = outer_.batch_index + 1;
-    own_.instance = outer_.instance;
-    own_.bounded_along = 0;
+    if (at_.batch == outer_.batch_index + 1 && at_.instance == outer_.instance) return;
+    at_.batch = outer_.batch_index + 1;
+    at_.instance = outer_.instance;
+    at_.bounded_along = 0;
     constexpr double kFar = std::numeric_limits<double>::infinity();
-    own_.lo = {kFar, kFar, kFar};
-    own_.hi = {-kFar, -kFar, -kFar};
+    at_.lo = {kFar, kFar, kFar};
+    at_.hi = {-kFar, -kFar, -kFar};
     for (const LinkBall& ball : parts_.all) {
-      own_.poses[ball.link] = pose_in_double(stored_pose(*outer_.batch, outer_.instance, ball.link));
+      at_.poses[ball.link] = pose_in_double(stored_pose(*outer_.batch, outer_.instance, ball.link));
       double reach;
       const Double3 center = place(ball, &reach);
-      own_.lo = kernel::min(own_.lo, center - Double3{reach, reach, reach});
-      own_.hi = kernel::max(own_.hi, center + Double3{reach, reach, reach});
+      at_.lo = kernel::min(at_.lo, center - Double3{reach, reach, reach});
+      at_.hi = kernel::max(at_.hi, center + Double3{reach, reach, reach});
     }
   }
 
   // The same for each leaf, as seen along a ray.
   void bound_leaves(std::uint32_t ray, const RayAxes& axes) {
-    if (own_.bounded_along == ray + 1) return;
-    own_.bounded_along = ray + 1;
+    if (at_.bounded_along == ray + 1) return;
+    at_.bounded_along = ray + 1;
     for (std::size_t i = 0; i < parts_.leaves.size; ++i) {
       constexpr double kFar = std::numeric_limits<double>::infinity();
-      RayBounds& out = own_.bounds[i];
+      RayBounds& out = at_.leaves[i];
       out = {{kFar, kFar}, {-kFar, -kFar}, -kFar};
       const ClosedLeaf& leaf = parts_.leaves[i];
       for (std::uint32_t b = leaf.ball_begin; b < leaf.ball_begin + leaf.ball_count; ++b) {
@@ -163,8 +187,8 @@ class InsideSearch {
 
   bool is_in_bounds(const Double3& at, double size) const {
     const double room = kRoom * size;
-    return at.x >= own_.lo.x - room && at.y >= own_.lo.y - room && at.z >= own_.lo.z - room &&
-           at.x <= own_.hi.x + room && at.y <= own_.hi.y + room && at.z <= own_.hi.z + room;
+    return at.x >= at_.lo.x - room && at.y >= at_.lo.y - room && at.z >= at_.lo.z - room && at.x <= at_.hi.x + room &&
+           at.y <= at_.hi.y + room && at.z <= at_.hi.z + room;
   }
 
   double size_with_shift(double size) const {
@@ -183,6 +207,8 @@ class InsideSearch {
     LinkPoses poses(inner_);
     for (const SurfacePart& part : of.parts) {
       Inner inner = {{}, 0, static_cast<std::uint16_t>(part.leaf), {of.links.data + part.link_begin, part.link_count}};
+      if (touches_all(inner.links)) continue;
+      bound();
       inner.at = skinned_vertex(inner_, part.middle, poses, inner.size);
       if (!is_in_bounds(about_outer(inner.at), size_with_shift(inner.size))) continue;
       if (std::all_of(part.ends, part.ends + 6, [&](std::uint32_t vertex) { return is_in_bounds(vertex, poses); }))
@@ -196,6 +222,8 @@ class InsideSearch {
       const ExactLeaf at = exact_leaf(frame_, inner_.batch_index, inner_.instance, leaf);
       if (has_triangles(at)) continue;
       const std::uint16_t* const link = &articulation.leaf_link[leaf];
+      if (touches_all({link, 1})) continue;
+      bound();
       const ConvexShapes& all = *at.convex_shapes;
       for (std::uint32_t s = all.leaf_begin[at.shape]; s < all.leaf_begin[at.shape + 1]; ++s) {
         const ConvexShape& shape = all.shapes[s];
@@ -229,43 +257,49 @@ class InsideSearch {
     return pose.translation + kernel::rotate(pose.column, own);
   }
 
-  // Adds a pair for each closed part that a point is inside of.
+  // Adds a pair for each closed part that a point is inside of. About parts that a ray leaves undecided the next one is
+  // asked, and about no others.
   void try_point(const Inner& inner) {
-    for (std::uint32_t ray = 0; ray < kInsideRayCount; ++ray) {
-      const bool is_last = ray + 1 == kInsideRayCount, is_decided = cast(inner, ray);
+    for (std::uint32_t ray = 0; ray < kInsideRayCount && (ray == 0 || !own_.crossed.empty()); ++ray) {
+      cast(inner, ray);
+      const bool is_last = ray + 1 == kInsideRayCount;
+      std::uint32_t asked = 0;
       for (const std::uint32_t part : own_.crossed) {
         PartCrossings& crossings = own_.crossings[part];
-        const bool is_inside = crossings.is_undecided ||
-                               (parts_.parts[part].turns_one_way ? crossings.turns != 0 : crossings.turns % 2 != 0);
-        if ((is_decided || is_last) && is_inside && !touches(inner, parts_.parts[part]))
-          add(inner.leaf, crossings.leaf);
+        const bool may_be_inside = is_inside(crossings, parts_.parts[part]) && !touches(inner, parts_.parts[part]);
+        const bool is_asked = may_be_inside && crossings.is_undecided && !is_last;
+        if (may_be_inside && !is_asked) add(inner.leaf, crossings.leaf);
         crossings = {};
+        crossings.is_asked = is_asked;
+        if (is_asked) own_.crossed.data[asked++] = part;
       }
-      own_.crossed.clear();
-      if (is_decided) return;
+      own_.crossed.size = asked;
     }
   }
 
-  // Casts a ray from a point. Returns whether all is decided.
-  bool cast(const Inner& inner, std::uint32_t number) {
+  // Whether a point is inside a part by what a ray crosses, or may be.
+  static bool is_inside(const PartCrossings& crossings, const SurfacePart& part) {
+    return crossings.is_undecided || (part.turns_one_way ? crossings.turns != 0 : crossings.turns % 2 != 0);
+  }
+
+  // Casts a ray from a point: the first at all closed parts, others at those that it is asked about.
+  void cast(const Inner& inner, std::uint32_t number) {
     const RayAxes axes(number);
     bound_leaves(number, axes);
     const Double3 at = about_outer(inner.at), seen = axes.seen(at);
     const double size = size_with_shift(inner.size), room = kRoom * size;
     const LocalRay ray = {
         at, axes.axis[2], 0, std::numeric_limits<double>::infinity(), 0, 2 * kSurfaceErrorDouble * size};
-    bool is_decided = true;
     for (std::size_t i = 0; i < parts_.leaves.size; ++i) {
-      const RayBounds& bounds = own_.bounds[i];
+      const RayBounds& bounds = at_.leaves[i];
       if (seen.x < bounds.lo[0] - room || seen.x > bounds.hi[0] + room || seen.y < bounds.lo[1] - room ||
           seen.y > bounds.hi[1] + room || seen.z > bounds.end + room)
         continue;
-      is_decided = cast_at_leaf(parts_.leaves[i].leaf, ray, axes, size) && is_decided;
+      cast_at_leaf(parts_.leaves[i].leaf, ray, axes, size, number == 0);
     }
-    return is_decided;
   }
 
-  bool cast_at_leaf(std::uint32_t leaf, const LocalRay& ray, const RayAxes& axes, double size) {
+  void cast_at_leaf(std::uint32_t leaf, const LocalRay& ray, const RayAxes& axes, double size, bool is_first) {
     ExactLeaf of = outer_;
     of.leaf = of.shape = leaf;
     const kernel::SkinnedLeaf& skin =
@@ -273,10 +307,9 @@ class InsideSearch {
     const std::uint32_t count = frame_.kernels.ray_triangles(surface_ray(of, skin, ray), own_.met.data);
     const std::uint32_t* const part_of =
         parts_.closed_part.data + std::size_t{kLanes} * outer_.batch->articulation->surface.leaves[leaf].patch_begin;
-    bool is_decided = true;
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint32_t triangle = own_.met[i].triangle, part = part_of[triangle];
-      if (part == kNoPart) continue;
+      if (part == kNoPart || !(is_first || own_.crossings[part].is_asked)) continue;
       const PlacedTriangle placed = triangle_in_double(of, triangle, {-ray.at.x, -ray.at.y, -ray.at.z});
       const auto& at = placed.at.corner;
       double crossed_at = std::numeric_limits<double>::infinity();
@@ -284,7 +317,7 @@ class InsideSearch {
                                                2 * kSurfaceErrorDouble * (placed.size + size), &crossed_at);
       if (crossing == Crossing::kNone) continue;
       PartCrossings& crossings = own_.crossings[part];
-      if (!crossings.is_crossed) own_.crossed.push(part);
+      if (is_first && !crossings.is_crossed) own_.crossed.push(part);
       if (!crossings.is_crossed || crossed_at < crossings.first) {
         crossings.first = crossed_at;
         crossings.leaf = static_cast<std::uint16_t>(leaf);
@@ -292,21 +325,22 @@ class InsideSearch {
       crossings.is_crossed = true;
       crossings.turns += crossing == Crossing::kOnTheWayOut ? 1 : crossing == Crossing::kOnTheWayIn ? -1 : 0;
       crossings.is_undecided = crossings.is_undecided || crossing == Crossing::kUndecided;
-      is_decided = is_decided && crossing != Crossing::kUndecided;
     }
-    return is_decided;
+  }
+
+  std::uint16_t inner_link(const LeafPair& pair) const {
+    return inner_.batch->articulation->leaf_link[outer_is_a_ ? pair.b : pair.a];
+  }
+  std::uint16_t outer_link(const LeafPair& pair) const {
+    return outer_.batch->articulation->leaf_link[outer_is_a_ ? pair.a : pair.b];
   }
 
   // Whether a link of the inner one touches a link of a closed part already.
   bool touches(const Inner& inner, const SurfacePart& part) const {
     const Span<const std::uint16_t> links = {parts_.links.data + part.link_begin, part.link_count};
-    const Span<const std::uint16_t> of_inner = inner_.batch->articulation->leaf_link,
-                                    of_outer = outer_.batch->articulation->leaf_link;
     return std::any_of(touching_.begin(), touching_.end(), [&](const LeafPair& pair) {
-      const std::uint16_t inner_link = of_inner[outer_is_a_ ? pair.b : pair.a],
-                          outer_link = of_outer[outer_is_a_ ? pair.a : pair.b];
-      return std::binary_search(inner.links.begin(), inner.links.end(), inner_link) &&
-             std::binary_search(links.begin(), links.end(), outer_link);
+      return std::binary_search(inner.links.begin(), inner.links.end(), inner_link(pair)) &&
+             std::binary_search(links.begin(), links.end(), outer_link(pair));
     });
   }
 
@@ -320,12 +354,14 @@ class InsideSearch {
   const FrameContext& frame_;
   const ExactLeaf outer_, inner_;  // any leaf of each
   const SurfaceParts& parts_;      // of the outer one
+  const Span<const std::uint16_t> common_;
   std::uint32_t index_;
   bool outer_is_a_;
   FixedList<LeafPair>& found_;
   std::uint32_t first_added_;
   ExactScratch& scratch_;
   InsideScratch& own_;
+  ClosedBounds& at_;  // of the outer one
   FrameStats& stats_;
   double shift_[3];  // the origin of the inner one less that of the outer one
   Span<const LeafPair> touching_;
@@ -336,8 +372,11 @@ class InsideSearch {
 void size_inside(const InsideNeeds& needs, Arena& arena, InsideScratch& out) {
   out = {};
   if (needs.leaves == 0) return;
-  out.poses = arena.allocate<kernel::RigidLanes<double>>(needs.links);
-  out.bounds = arena.allocate<RayBounds>(needs.leaves);
+  for (ClosedBounds* const bounds : {&out.a, &out.b}) {
+    bounds->poses = arena.allocate<kernel::RigidLanes<double>>(needs.links);
+    bounds->leaves = arena.allocate<RayBounds>(needs.leaves);
+  }
+  out.touching = arena.allocate<std::uint8_t>(needs.links);
   out.crossings = arena.allocate<PartCrossings>(needs.parts);
   const Span<std::uint32_t> crossed = arena.allocate<std::uint32_t>(needs.parts);
   out.crossed = {crossed.data, static_cast<std::uint32_t>(crossed.size), 0};
@@ -361,7 +400,8 @@ void add_inside(const FrameContext& frame, const Candidate* candidates, std::uin
     const Span<const LeafPair> own = {found.data + first, last - first};
     first = last;
     const Candidate& candidate = candidates[i];
-    if (!searches_inside(frame, candidate) || (frame.report == Report::kInContact && !own.empty())) continue;
+    if (!searches_inside(frame, candidate)) continue;
+    if (frame.report == Report::kInContact && (!own.empty() || is_already_reported(frame, candidate))) continue;
     for (const bool outer_is_a : {true, false}) {
       const std::uint32_t outer = outer_is_a ? candidate.batch_a : candidate.batch_b;
       if (has_closed_parts(*frame.batch(outer).articulation))

@@ -19,6 +19,7 @@ struct PartCrossings {
   std::int32_t turns;  // crossings of the ray on its way out, less those on its way in
   bool is_crossed;     // a triangle of it is crossed, or may be
   bool is_undecided;   // not even doubles tell whether a triangle of it is crossed
+  bool is_asked;       // an earlier ray from the point left it undecided
   std::uint16_t leaf;  // of the first triangle that is crossed
   double first;        // where that is, along the ray
 };
@@ -28,17 +29,23 @@ struct RayBounds {
   double lo[2], hi[2], end;
 };
 
-// What a worker needs for it, and the closed parts of the instance that it has looked at last.
-struct InsideScratch {
+// Where the closed parts of an instance are.
+struct ClosedBounds {
   std::uint32_t batch = 0;  // its index and 1; 0: none
   std::uint32_t instance = 0;
-  Double3 lo = {}, hi = {};                // bounds of its closed parts, about its origin
+  Double3 lo = {}, hi = {};                // bounds of all, about its origin
   Span<kernel::RigidLanes<double>> poses;  // by link, of those that move closed parts
   std::uint32_t bounded_along = 0;         // 1 and the ray's number whose RayBounds are there; 0: none
-  Span<RayBounds> bounds;                  // by SurfaceParts::leaves
-  Span<PartCrossings> crossings;           // by part; all 0 between rays
-  FixedList<std::uint32_t> crossed;        // parts
-  Span<kernel::MetTriangle> met;           // of one leaf
+  Span<RayBounds> leaves;                  // by SurfaceParts::leaves
+};
+
+// What a worker needs for it.
+struct InsideScratch {
+  ClosedBounds a, b;                 // of the first and the second instances that it has looked at last
+  Span<std::uint8_t> touching;       // by link of the inner instance: whether it touches what all closed parts have
+  Span<PartCrossings> crossings;     // by part; all 0 between points
+  FixedList<std::uint32_t> crossed;  // parts
+  Span<kernel::MetTriangle> met;     // of one leaf
 };
 
 // What the articulations of an engine ask of it: most leaves with triangles of closed parts, parts, patches of a leaf,
@@ -50,8 +57,8 @@ struct InsideNeeds {
 // Makes the lists. Throws std::bad_alloc.
 void size_inside(const InsideNeeds& needs, Arena& arena, InsideScratch& out);
 
-// Forgets the instance that was looked at last: poses are new.
-inline void forget_inside(InsideScratch& scratch) { scratch.batch = 0; }
+// Forgets the instances that were looked at last: poses are new.
+inline void forget_inside(InsideScratch& scratch) { scratch.a.batch = scratch.b.batch = 0; }
 
 // Whether something may be inside an articulation's skin.
 inline bool has_closed_parts(const Articulation& articulation) { return !articulation.surface_parts.leaves.empty(); }
@@ -65,7 +72,8 @@ bool searches_inside(const FrameContext& frame, const Candidate& candidate);
 // A connected part of a skin, or a convex shape but a half space, is inside a closed part of another instance if one
 // point of it is: the vertex nearest to its middle, or its centre. A pair is added for each two of which no link of the
 // one touches a link of the other already: the leaf of that point, and the leaf that a ray from there leaves the closed
-// part by. What not even doubles decide is inside.
+// part by. What not even doubles decide by any of kInsideRays is inside. With Report::kInContact nothing is added where
+// it changes no report.
 void add_inside(const FrameContext& frame, const Candidate* candidates, std::uint32_t begin, std::uint32_t end,
                 FixedList<LeafPair>& found, ExactScratch& scratch, FrameStats& stats);
 

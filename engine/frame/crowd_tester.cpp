@@ -279,7 +279,8 @@ std::uint32_t CrowdTester::test_from(std::uint32_t begin) {
   return end;
 }
 
-// Runs the exact test on the leaf pairs that overlap, of the candidates `begin` to `end` - 1, and stores hits.
+// Runs the exact test on the leaf pairs that overlap, of the candidates `begin` to `end` - 1, and stores hits. They may
+// have triangles, and so an inside: of leaves that their own links alone move.
 void CrowdTester::report(const std::uint32_t* pairs, std::uint32_t count, std::uint32_t begin, std::uint32_t end) {
   const std::uint32_t* const entry = scratch_.slots.entry;
   const Timed timed(worker_.stats.seconds_query);

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 
 #include <cstring>
+#include <iterator>
 #include <set>
 
 namespace cab::tests {
@@ -36,6 +37,12 @@ std::vector<std::vector<std::uint32_t>> parts_of_triangles(const Articulation& a
         out.back()[surface.patches[p].triangle[lane]] =
             articulation.surface_parts.closed_part[std::size_t{kLanes} * p + lane];
   }
+  return out;
+}
+
+Mesh scaled_ball(unsigned times, double radius) {
+  Mesh out = ball_mesh(times);
+  for (Vec3<double>& v : out.vertices) v = radius * v;
   return out;
 }
 
@@ -148,6 +155,30 @@ TEST_CASE("balls hold every vertex of closed parts where each link moves it") {
       CHECK(std::memcmp(a.data, b.data, a.size * sizeof(LinkBall)) == 0);
     }
   }
+}
+
+TEST_CASE("the links that all closed parts have are listed, however open parts are") {
+  // Two closed parts along the first two links, and an open one far along.
+  Mesh mesh = scaled_ball(2, 1);
+  mesh.add(moved(scaled_ball(1, 0.5), {{0.7, 3, 0}}));
+  Mesh open = moved(ball_mesh(1), {{6, 0, 0}});
+  open.triangles.pop_back();
+  mesh.add(open);
+  const Built built(rig_of(mesh, 5, 0.5, 5));
+  const SurfaceParts& parts = built.parts();
+  REQUIRE(parts.parts.size == 3);
+  const auto links_of = [&parts](const SurfacePart& part) {
+    const std::uint16_t* const first = parts.links.data + part.link_begin;
+    return std::set<std::uint16_t>(first, first + part.link_count);
+  };
+  const SurfacePart& last = parts.parts[2];
+  const std::uint16_t* const common = parts.links.data + last.link_begin + last.link_count;
+  const std::set<std::uint16_t> a = links_of(parts.parts[0]), b = links_of(parts.parts[1]);
+  std::vector<std::uint16_t> both;
+  std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(both));
+  CHECK(both.size() >= 2);
+  CHECK(both.size() < a.size());
+  CHECK(std::equal(common, parts.links.end(), both.begin(), both.end()));
 }
 
 TEST_CASE("a ball reaches to the farthest vertex that its link moves, and no further") {

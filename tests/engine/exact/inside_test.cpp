@@ -84,7 +84,7 @@ struct World {
   }
 
   // Hits of the outer with the inner skin, as if the outer one were the first batch.
-  std::vector<Hit> run(FrameJob job = {}, decltype(&run_frame) frame = run_frame) const {
+  std::vector<Hit> run(FrameJob job = {}, decltype(&run_frame) frame = run_frame, FrameStats* stats = nullptr) const {
     const BatchInput inputs[] = {nest.poses[0].input(batch[0]), nest.poses[1].input(batch[1])};
     const PairRule rule = {batch[0], batch[1], Pairing::kBetween};
     job.policies.exact = Exact::kSurface;
@@ -94,6 +94,7 @@ struct World {
     job.hits = hits;
     require(frame(*engine, job));
     hits.resize(job.hit_count);
+    if (stats) *stats = job.stats;
     for (Hit& hit : hits)
       if (slot_of(batch[1]).value < slot_of(batch[0]).value) {
         std::swap(hit.instance_a, hit.instance_b);
@@ -300,6 +301,13 @@ TEST_CASE("a ray that passes edges and vertices is cast again, and a point besid
     for (Vec3<double>& v : outer.vertices) v = v + corner(0, -0x1p-5);
     CHECK_FALSE(is_found(still_nest(outer, small)));
   }
+  // Each ray grazes a part that others miss, and the point is in none of them.
+  Mesh around;
+  for (std::size_t ray = 0; ray < kInsideRayCount; ++ray)
+    around.add(scaled(ball_mesh(0), 0x1p-4, corner(ray, 0x1p-6) - 0x1p-4 * Vec3<double>{{0, 0, 1}}));
+  CHECK_FALSE(is_found(still_nest(around, small)));
+  around.add(scaled(ball_mesh(1), 8, {{0, 0, 0}}));
+  CHECK(is_found(still_nest(around, small)));
   // Cubes whose sides, edges and diagonals are in planes with those of the other.
   for (const double shift : {0.0, 0.25, 0.5}) {
     CHECK(is_found(still_nest(cube_mesh(), scaled(cube_mesh(), 0.25, {{shift, shift, shift}}))));
@@ -487,17 +495,26 @@ TEST_CASE("an added pair names the leaf inside and the one that a ray leaves by,
   // Where the ball touches the skin, only the links whose triangles touch are hits.
   FrameJob without;
   without.containment = false;
-  std::size_t touching = 0;
-  const World world(nest);
-  for (double along = 1; along < 7; along += 0.1)
-    for (double height = 0; height < 1.2; height += 0.1) {
-      nest.poses[1].origins = {along, 0, height};
-      const std::vector<Hit> both = world.run(), alone = world.run(without);
-      if (alone.empty()) continue;
-      ++touching;
-      CHECK(links_of(both) == links_of(alone));
-    }
-  CHECK(touching >= 50);
+  for (const bool has_two_parts : {false, true}) {
+    Mesh parts = outer;
+    if (has_two_parts) parts.add(scaled(ball_mesh(1), 0.2, {{0, 3, 0}}));  // on the first link alone
+    nest.rigs[0] = rig_of(parts, 4, 2, 50);
+    const World world(nest);
+    std::size_t touching = 0;
+    FrameStats with_search, without_search;
+    for (double along = 1; along < 7; along += 0.1)
+      for (double height = 0; height < 1.2; height += 0.1) {
+        nest.poses[1].origins = {along, 0, height};
+        const std::vector<Hit> both = world.run({}, run_frame, &with_search),
+                               alone = world.run(without, run_frame, &without_search);
+        if (alone.empty()) continue;
+        ++touching;
+        CHECK(links_of(both) == links_of(alone));
+        // No ray is cast where a link of each touches all there is of the other.
+        if (!has_two_parts) CHECK(with_search.leaves_skinned == without_search.leaves_skinned);
+      }
+    CHECK(touching >= 50);
+  }
 }
 
 }  // namespace cab::tests
