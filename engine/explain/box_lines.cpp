@@ -103,15 +103,18 @@ class LineWriter {
   std::size_t needed_ = 0;
 };
 
-// The lines of the shapes of a leaf in its link's frame. Empty if its box is to be drawn.
-void find_edges(const ExactLeaf& leaf, const LeafShapes& shapes, std::vector<Segment>& out) {
+// The lines of the shapes of a leaf about its instance's origin. Empty if its box is to be drawn.
+void find_edges(const ExactLeaf& leaf, std::vector<Segment>& out) {
   out.clear();
   if (has_triangles(leaf)) return;
-  for (const ConvexShape& shape : shapes.shapes)
-    if (!append_edges(shape, out)) {
-      out.clear();
-      return;
-    }
+  const LeafShapes shapes = shapes_of(leaf);
+  const auto append = [&out](const ConvexShape& shape) { return append_edges(shape, out); };
+  if (!std::all_of(shapes.shapes.begin(), shapes.shapes.end(), append)) out.clear();
+  if (out.empty()) return;
+  const kernel::RigidLanes<double> pose = pose_in_double(shapes.at);
+  for (Segment& edge : out)
+    for (Double3* const point : {&edge.from, &edge.to})
+      *point = pose.translation + kernel::rotate(pose.column, pose.scale * *point);
 }
 
 // From the contact's point of a to that of b, of hits whose instance a is one of the batch.
@@ -164,17 +167,11 @@ Status write_lines(Call& call, const BatchInput& input, BoxLinesJob& job) {
         const BoxLine line = {
             {},       {}, instance, static_cast<std::uint16_t>(node), is_leaf ? articulation.leaf_link[node] : kNoLink,
             hit[node]};
-        edges.clear();
-        if (is_leaf && job.shapes) {
-          const ExactLeaf leaf = exact_leaf(frame, slot_of(input.batch).value - 1, instance, node);
-          const LeafShapes shapes = shapes_of(leaf);
-          find_edges(leaf, shapes, edges);
-          const kernel::RigidLanes<double> pose = pose_in_double(shapes.at);
-          const auto placed = [&pose](const Double3& point) {
-            return pose.translation + kernel::rotate(pose.column, pose.scale * point);
-          };
-          for (const Segment& edge : edges) writer.add(placed(edge.from), placed(edge.to), line);
-        }
+        if (is_leaf && job.shapes)
+          find_edges(exact_leaf(frame, slot_of(input.batch).value - 1, instance, node), edges);
+        else
+          edges.clear();
+        for (const Segment& edge : edges) writer.add(edge.from, edge.to, line);
         if (edges.empty()) writer.add_box(box_of(posing, job.policies.refit, node, lane), line);
       }
     }

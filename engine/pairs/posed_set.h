@@ -1,6 +1,6 @@
-// Poses the instances that a worker is about to test, and makes their boxes. The step `bound` keeps no boxes, only
-// bounds. The boxes made here stay in cache until their pairs are tested, and an instance without a candidate is not
-// posed again.
+// Poses the instances that a worker is about to test, and makes their boxes. They stay in cache until their pairs are
+// tested, and an instance without a candidate is not posed again. Where the step `bound` keeps boxes of a batch
+// (BoundInput::keeps_boxes), these are copied and not posed again.
 #pragma once
 
 #include "engine/step/candidate.h"
@@ -82,7 +82,8 @@ bool is_large(const Articulation& articulation);
 // Whether the set has room for both instances of a candidate.
 bool has_room(const FrameContext& frame, const Candidate& candidate, PosedSet& set);
 
-// Returns the slot of an instance. An instance that is not in the set is added, for which there must be room.
+// Returns the slot of an instance. An instance that is not in the set is added, for which there must be room; of a
+// batch whose boxes are kept, all given instances are, which are one tile.
 std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::uint32_t instance, PosedSet& set);
 
 // Makes the boxes and leaf bounds of every instance of the set, as the strategy needs them. Poses those whose boxes are

@@ -13,12 +13,12 @@ struct SurfacePart {
   SkinnedLeaf skin;
   const TrianglePatch* patches;
   ConvexKind kind;
-  float
-      scale;  // a power of two: the lengths of the pair together, times this, are at most 1 (docs/proof.md, step 21.9)
+  // A power of two: the lengths of the pair together, times this, are at most 1 (docs/proof.md, step 21.9).
+  float scale;
   float center[3];
   float axis[3][3];
-  float
-      half[3];   // times the scale. Of a round part radius, unused, half length; else of a box about it, along its axes
+  // Times the scale. Of a round part radius, unused, half length; else of a box about it, along its axes.
+  float half[3];
   float margin;  // triangles that are as near touch
 };
 

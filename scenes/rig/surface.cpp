@@ -149,7 +149,8 @@ SkinStatus make_surface(const rig::Skin& skin, const SurfaceRules& rules, rig::S
   SkinStatus status = cut_by_place(mesh, rules, clusters);
   SurfaceRules fitting = rules;
   while (status == SkinStatus::kTooManyLeaves && fitting.most_triangles < mesh.triangles.size()) {
-    fitting.most_triangles *= 2;
+    fitting.most_triangles = static_cast<std::uint32_t>(
+        std::min<std::size_t>(2 * std::size_t{fitting.most_triangles}, mesh.triangles.size()));
     clusters.clear();
     status = cut_by_place(mesh, fitting, clusters);
   }

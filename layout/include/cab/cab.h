@@ -383,11 +383,11 @@ CAB_API std::size_t stats_line(const FrameStats& stats, Span<char> text) noexcep
 // that stand for links in hits marked; on request the exact shapes of leaves instead, and contacts. `job` says what is
 // drawn, and receives the lines. The boxes are those of compute_boxes. Layers, strategy, exact test and in_contact have
 // no effect here, but must be valid.
-// Cost: poses and refits all instances on the calling thread; from operator new, while it runs, 16 bytes per hit, and
-// 48 per line of the shapes of a leaf.
+// Cost: poses and refits all instances on the calling thread; operator new: 16 bytes a hit, 48 a line of leaf shapes.
 // Statuses: kBusy, kBadPolicy, kExactNotBuilt, the input statuses (kBadOrigins also for an origin of the job),
-// kBadPairs (hits has a size and no data, or contacts are neither none nor one per hit), kBadOutput (lines has a size
-// and no data), kLinesOverflow, kOutOfMemory. Thread: any, beside other reads.
+// kBadPairs (hits or contacts have a size and no data, or contacts are neither none nor one per hit), kBadOutput (lines
+// has a size and no data), kLinesOverflow, kOutOfMemory (operator new has no memory for hits or shapes).
+// Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status box_lines(Engine& engine, const BatchInput& input, BoxLinesJob& job) noexcept;
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their

@@ -1990,12 +1990,12 @@ CAB_API size_t cab_stats_line(const cab_FrameStats* stats, cab_CharSpan text);
 // that stand for links in hits marked; on request the exact shapes of leaves instead, and contacts. `job` says what is
 // drawn, and receives the lines. The boxes are those of cab_compute_boxes. Layers, strategy, exact test and in_contact
 // have no effect here, but must be valid.
-// Cost: poses and refits all instances on the calling thread; from operator new, while it runs, 16 bytes per hit, and
-// 48 per line of the shapes of a leaf.
+// Cost: poses and refits all instances on the calling thread; operator new: 16 bytes a hit, 48 a line of leaf shapes.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_POLICY, CAB_STATUS_EXACT_NOT_BUILT, the input statuses
-// (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits has a size and no data, or
-// contacts are neither none nor one per hit), CAB_STATUS_BAD_OUTPUT (lines has a size and no data),
-// CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY. Thread: any, beside other reads.
+// (CAB_STATUS_BAD_ORIGINS also for an origin of the job), CAB_STATUS_BAD_PAIRS (hits or contacts have a size and no
+// data, or contacts are neither none nor one per hit), CAB_STATUS_BAD_OUTPUT (lines has a size and no data),
+// CAB_STATUS_LINES_OVERFLOW, CAB_STATUS_OUT_OF_MEMORY (operator new has no memory for hits or shapes). Thread: any,
+// beside other reads.
 CAB_API cab_Status cab_box_lines(cab_Engine* engine, const cab_BatchInput* input, cab_BoxLinesJob* job);
 
 // Compares two lists of hits, such as those of two frames: which began and which ended. Hits are the same if their

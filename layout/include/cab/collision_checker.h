@@ -275,7 +275,7 @@ inline Status CollisionChecker::read_bound(const ArticulationDesc& desc) noexcep
   return status == Status::kOk ? bound_.set(desc, kinematics_, {pairs.data, pairs.size}) : status;
 }
 
-// A hash of what is tested of a body: its tree, and the links, boxes and parts of its leaves.
+// A hash of what is padded of a body: its tree and its leaves, but no triangles, which set_padding refuses before.
 inline std::uint64_t CollisionChecker::mark_of(const ArticulationDesc& desc) noexcept {
   std::uint64_t mark = 14695981039346656037u;  // FNV-1a
   const auto add = [&mark](const auto* values, std::size_t count) {
