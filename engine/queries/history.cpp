@@ -342,7 +342,7 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
       reader.past = std::move(memory);
       // Its tests have the numbers of earlier ones, by which leaves of the past are kept.
       if (reader.queries)
-        for (const auto& asked : reader.queries->workers) forget_skinned(asked->skins);
+        for (const auto& own : reader.queries->workers) forget_skinned(own->skins);
       engine.readers.resize(1);
     }
     for (const auto& reader : engine.readers) reader->past->asked.reserve(engine.histories.size());
