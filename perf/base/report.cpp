@@ -102,7 +102,7 @@ ProgressBar::ProgressBar(std::string label, std::uint64_t total)
       on_(total > 0 && isatty(STDERR_FILENO) == 1) {}
 
 ProgressBar::~ProgressBar() {
-  if (drawn_at_ == 0) return;
+  if (!drawn_at_) return;
   std::fputs("\r\033[K", stderr);
   clear_line_at_signals(false);
 }
@@ -112,16 +112,20 @@ void ProgressBar::advance(std::uint64_t count) {
   done_ = count < total_ - done_ ? done_ + count : total_;
   if (!on_) return;
   constexpr double kSecondsBetweenDraws = 1;
-  if (100 * done_ / total_ != shown || seconds_passed() - drawn_at_ >= kSecondsBetweenDraws) draw();
+  if (100 * done_ / total_ != shown || seconds_passed() - drawn_at_.value_or(0) >= kSecondsBetweenDraws) draw(false);
+}
+
+void ProgressBar::begin_long_step() {
+  if (on_) draw(true);
 }
 
 double ProgressBar::seconds_passed() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-void ProgressBar::draw() {
+void ProgressBar::draw(bool long_step_is_next) {
   const double seconds = seconds_passed();
-  const std::string line = progress_line(label_, done_, total_, seconds);
+  const std::string line = progress_line(label_, done_, total_, seconds, long_step_is_next);
   if (line.empty()) return;
   drawn_at_ = seconds;
   clear_line_at_signals(true);

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -45,14 +46,17 @@ class ProgressBar {
   ProgressBar& operator=(const ProgressBar&) = delete;
   void advance(std::uint64_t count);
 
+  // Shows the line before a step that takes long, though nothing may be done yet.
+  void begin_long_step();
+
  private:
-  void draw();
+  void draw(bool long_step_is_next);
   double seconds_passed() const;
   std::string label_;
   std::uint64_t total_;
   std::uint64_t done_ = 0;
   std::chrono::steady_clock::time_point start_;
-  double drawn_at_ = 0;  // seconds after the start
+  std::optional<double> drawn_at_;  // seconds after the start
   bool on_;
 };
 

@@ -266,6 +266,7 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
   const std::vector<Method> methods = methods_of(table);
   const std::uint64_t passes = methods.size() + (methods.size() - 1) * kTimedRuns;
   ProgressBar bar("table " + std::to_string(table.number), passes * result.frame_count);
+  bar.begin_long_step();
   for (const Method& method : methods) {
     MethodRun run;
     run.method = method;

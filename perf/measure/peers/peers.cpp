@@ -243,6 +243,7 @@ Run measure(const RunPlan& plan, const std::vector<Contestant>& contestants, con
   for (std::size_t c = 0; c < contestants.size(); ++c)
     if (chosen[c]) runners.emplace_back(c, Runner(contestants[c], crowd));
   ProgressBar bar(plan.scene + " " + std::to_string(count), (std::uint64_t{rounds} + 1) * runners.size());
+  bar.begin_long_step();
 
   // Every contestant first runs all frames once. This builds its world and makes room for the most pairs. The pairs of
   // the last of these frames are compared, when each world has been updated.

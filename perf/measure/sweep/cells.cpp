@@ -210,6 +210,7 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
     }
 
   ProgressBar bar(scene.name, turns.size() * (plan.rounds + 1));
+  bar.begin_long_step();
   for (const auto& [cell, world] : turns) {
     std::vector<SweepHit> hits;
     cell->counts = world->run(cell->policies, &hits);

@@ -2,6 +2,9 @@
 #include "perf/base/report.h"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <cstdlib>
@@ -76,6 +79,40 @@ TEST_CASE("no text of a CSV file is a formula, and numbers stay numbers") {
   perf::OutputFile file(path);
   perf::write_csv(file, {{{"name", "-link"}, {"depth", -0.5}, {"none", nullptr}, {"count", 3}}});
   CHECK(read_text(path) == "name,depth,none,count\n'-link,-0.5,,3\n");
+}
+
+TEST_CASE("a terminal shows how far a run is before a long step, and nothing of it at the end") {
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY), before = dup(STDERR_FILENO);
+  REQUIRE(terminal >= 0);
+  REQUIRE(grantpt(terminal) == 0);
+  REQUIRE(unlockpt(terminal) == 0);
+  const int shown = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  REQUIRE(shown >= 0);
+  const auto read_all = [terminal](std::string expected) {
+    std::string text;
+    while (text.size() < expected.size()) {
+      char bytes[256];
+      pollfd ready = {terminal, POLLIN, 0};
+      if (poll(&ready, 1, 10000) <= 0) break;
+      const ssize_t size = read(terminal, bytes, sizeof bytes);
+      if (size <= 0) break;
+      text.append(bytes, static_cast<std::size_t>(size));
+    }
+    return text;
+  };
+  const std::string clear = "\r\033[K", line = clear + "files [..............................] 0 %";
+  dup2(shown, STDERR_FILENO);
+  std::string text, end;
+  {
+    perf::ProgressBar bar("files", 2);
+    bar.begin_long_step();
+    text = read_all(line);
+  }
+  end = read_all(clear);
+  dup2(before, STDERR_FILENO);
+  CHECK(text == line);
+  CHECK(end == clear);
+  for (const int file : {terminal, before, shown}) close(file);
 }
 
 TEST_CASE("a table prints no character that a terminal obeys") {
