@@ -180,7 +180,7 @@ class Checker {
 
   py::array edges(const py::object& from, const py::object& to, double resolution, bool first) {
     const Span<const double> starts = values_of(from), ends = values_of(to);
-    const std::size_t count = from.cast<py::array>().shape(0);
+    const auto count = static_cast<std::size_t>(from.cast<py::array>().shape(0));
     if (starts.size != ends.size) throw py::value_error("ends: as many states as starts are wanted");
     std::vector<MotionAnswer> answers(count);
     std::vector<double> moments(first ? count : 0, std::numeric_limits<double>::quiet_NaN());

@@ -68,9 +68,9 @@ class TriangleSet {
       }
     }
     bool overlaps(const Bounds& other, double within) const {
-      bool out = true;
-      for (std::size_t c = 0; c < 3; ++c) out = out & (lo[c] <= other.hi[c] + within) & (other.lo[c] <= hi[c] + within);
-      return out;
+      for (std::size_t c = 0; c < 3; ++c)
+        if (lo[c] > other.hi[c] + within || other.lo[c] > hi[c] + within) return false;
+      return true;
     }
     double reach() const { return std::max(norm_max(lo), norm_max(hi)); }
   };

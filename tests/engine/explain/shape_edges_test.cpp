@@ -195,7 +195,8 @@ TEST_CASE("the ends of lines of a shape are on its surface") {
     }
     REQUIRE(ends.size() == Body::kInstances * kKindCount);
     for (const auto& [key, points] : ends) {
-      const auto [instance, link] = key;
+      const std::uint32_t instance = key.first;
+      const std::uint16_t link = key.second;
       CAPTURE(link);
       REQUIRE(points.size() == 2 * kLines[link]);
       if (link == kHalfSpaceLink) continue;
