@@ -2,7 +2,6 @@
 // nothing with rays.
 #pragma once
 
-#include "perf/harness/world.h"
 #include "perf/judge/oracle/random_skins.h"
 #include "perf/judge/oracle/triangle_judge.h"
 

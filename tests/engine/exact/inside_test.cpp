@@ -2,6 +2,7 @@
 #include "engine/exact/inside.h"
 
 #include "engine/frame/all_pairs.h"
+#include "perf/harness/world.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/layout/closed_skin.h"
 #include "tests/rounds.h"
