@@ -47,7 +47,7 @@ ConvexPair::Shape ConvexPair::local_shape(const ConvexShape& from) {
   Shape out = {};
   out.kind = from.kind;
   out.reach = static_cast<double>(from.reach);
-  for (int k = 0; k < 3; ++k) out.column[k] = {from.axis[k][0], from.axis[k][1], from.axis[k][2]};
+  for (std::size_t k = 0; k < 3; ++k) out.column[k] = axis_of(from, k);
   out.center = double3(from.kind == ConvexKind::kHull ? from.part->position : from.position);
   if (from.kind == ConvexKind::kHull) {
     out.vertices = from.part->vertices;

@@ -13,6 +13,11 @@ inline Double3 double3(const float* v) {
   return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
 }
 
+// An axis of a convex shape, in the frame of its link.
+inline Double3 axis_of(const ConvexShape& shape, std::size_t k) {
+  return {shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]};
+}
+
 // A shape, and the pose of its link.
 struct PlacedShape {
   const ConvexShape* shape;

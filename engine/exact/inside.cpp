@@ -244,11 +244,9 @@ class InsideSearch {
       for (std::size_t v = 0; v < vertices.size; v += 3) sum = sum + double3(vertices.data + v);
       const Double3 mean = (3 / static_cast<double>(vertices.size)) * sum;
       own = double3(shape.part->position);
-      for (std::size_t k = 0; k < 3; ++k)
-        own = own + (k == 0   ? mean.x
-                     : k == 1 ? mean.y
-                              : mean.z) *
-                        Double3{shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]};
+      own = own + mean.x * axis_of(shape, 0);
+      own = own + mean.y * axis_of(shape, 1);
+      own = own + mean.z * axis_of(shape, 2);
     }
     const kernel::RigidLanes<double> pose = pose_in_double(at);
     own = pose.scale * own;

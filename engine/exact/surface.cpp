@@ -70,9 +70,7 @@ PlacedTriangle placed_corners(const PlacedShape& triangle, const double (&shift)
   const kernel::RigidLanes<double> pose = pose_in_double(triangle.at);
   const ConvexShape& shape = *triangle.shape;
   const Double3 by = {shift[0], shift[1], shift[2]}, position = double3(shape.part->position);
-  const Double3 axis[3] = {{shape.axis[0][0], shape.axis[0][1], shape.axis[0][2]},
-                           {shape.axis[1][0], shape.axis[1][1], shape.axis[1][2]},
-                           {shape.axis[2][0], shape.axis[2][1], shape.axis[2][2]}};
+  const Double3 axis[3] = {axis_of(shape, 0), axis_of(shape, 1), axis_of(shape, 2)};
   PlacedTriangle out = {{}, 0};
   for (std::size_t i = 0; i < 3; ++i) {
     const Double3 vertex = double3(shape.part->vertices.data + 3 * i);
@@ -233,7 +231,7 @@ NearPart near_part(const PlacedShape& placed, const double (&shift)[3], const Ex
   const double centers[3] = {center.x, center.y, center.z};
   double extent[3] = {};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Double3 axis = kernel::rotate(pose.column, {shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]});
+    const Double3 axis = kernel::rotate(pose.column, axis_of(shape, k));
     const double axes[3] = {axis.x, axis.y, axis.z};
     const float length = shape.kind == ConvexKind::kCylinder && k == 1 ? shape.size[0] : shape.size[k];
     const double half = pose.scale * static_cast<double>(length);

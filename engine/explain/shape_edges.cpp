@@ -48,8 +48,7 @@ class ShapeLines {
 
  private:
   Double3 in_link(const Double3& point) const {
-    Double3 axes[3];
-    for (int k = 0; k < 3; ++k) axes[k] = {shape_.axis[k][0], shape_.axis[k][1], shape_.axis[k][2]};
+    const Double3 axes[3] = {axis_of(shape_, 0), axis_of(shape_, 1), axis_of(shape_, 2)};
     return double3(shape_.position) + kernel::rotate(axes, point);
   }
 

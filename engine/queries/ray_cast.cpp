@@ -411,8 +411,7 @@ Place place_of(const ConvexShape& shape, const StoredPose& at) {
   const kernel::RigidLanes<double> pose = pose_in_double(at);
   Place out;
   out.scale = pose.scale;
-  for (int k = 0; k < 3; ++k)
-    out.column[k] = kernel::rotate(pose.column, Double3{shape.axis[k][0], shape.axis[k][1], shape.axis[k][2]});
+  for (std::size_t k = 0; k < 3; ++k) out.column[k] = kernel::rotate(pose.column, axis_of(shape, k));
   const Double3 own = pose.scale * double3(shape.kind == ConvexKind::kHull ? shape.part->position : shape.position);
   out.center = pose.translation + kernel::rotate(pose.column, own);
   out.away = norm_1(pose.translation) + norm_1(own);

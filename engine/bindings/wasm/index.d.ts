@@ -484,7 +484,7 @@ export interface TouchingPair {
   triangleB: number;
 }
 
-/** Sorted by pair, leaves, then triangles. `words()` has `wordsPerHit` each: pair, both leaves, triangle a, triangle b. */
+/** Sorted by pair, leaves, then triangles. `words()` has `wordsPerHit` each: pair, both leaves, both triangles. */
 export declare class TouchingTriangles implements List<TouchingPair, undefined> {
   private constructor();
   readonly length: number;
@@ -512,7 +512,7 @@ export interface BoxLinesOptions {
   policies?: Policies | Preset;
 }
 
-/** Edges of boxes, twelve each, or of shapes, by instance and node, then contacts. The arrays are copies, which last. */
+/** Edges of boxes, twelve each, or of shapes, by instance and node, then contacts. Arrays are copies, which last. */
 export interface BoxLines {
   readonly count: number;
   /** Six numbers per line, both ends: the positions of `LineSegments` in three.js. */
