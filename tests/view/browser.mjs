@@ -2,12 +2,14 @@
 // and says what is wrong with a recording.
 //
 //   node --test-reporter=spec browser.mjs --work DIR --browser PROGRAM
-//       [--page FILE] [--recording FILE.cab ...] [--crowd FILE.cab] [--pictures DIR] [--renew]
+//       [--page FILE] [--recording FILE.cab ...] [--crowd FILE.cab] [--states FILE.cab] [--pictures DIR]
+//       [--renew]
 //
 //   --work       the folder of --work of perf/view/build.mjs, for puppeteer-core and the page
 //   --page       default: WORK/cab_view.html
 //   --recording  more recordings to look at. avx512.cab beside this file is always one
 //   --crowd      a recording whose pictures per second are printed; they are not judged
+//   --states     a recording of random states of tests/engine/bindings/python/arm.urdf
 //   --pictures   where pictures of the page are written. Default: WORK/pictures
 //   --renew      writes the small pictures that others are compared with, tests/view/pictures/NAME.png
 import assert from 'node:assert/strict';
@@ -26,6 +28,7 @@ const {values: options} = parseArgs({
     page: {type: 'string'},
     recording: {type: 'string', multiple: true, default: []},
     crowd: {type: 'string'},
+    states: {type: 'string'},
     pictures: {type: 'string'},
     renew: {type: 'boolean', default: false},
   },
@@ -449,6 +452,23 @@ describe('the theme', () => {
     assert((await colors()).every((difference) => difference > 400));
     const dark = await strip();
     assert(light > 200 && dark < 80, `${light}, ${dark}`);
+    await page.close();
+  });
+});
+
+describe('states of a robot', {skip: options.states ? false : 'no --states'}, () => {
+  test('have no times, and words of the strip hide none of them', async () => {
+    const page = await open(embed('states', {'arm.cab': readFileSync(options.states)}));
+    assert.equal(await text(page, '.transport .time'), '');
+    assert.match(await text(page, '.pairs li'), /[0-9] states \([0-9.]+ %\)/);
+    // How many columns of the strip have a bar in the row below the words, and in the row of the words.
+    const bars = (y) => page.tab.$eval('.timeline canvas', (canvas, row) => {
+      const scale = canvas.height / canvas.clientHeight, {width} = canvas;
+      const {data} = canvas.getContext('2d').getImageData(0, Math.round(row * scale), width, 1);
+      return Array.from({length: width}, (_, x) => data[4 * x] > data[4 * x + 2] + 60).filter(Boolean).length;
+    }, y);
+    assert.equal(await bars(6), 0);
+    assert(await bars(20) > 10);
     await page.close();
   });
 });

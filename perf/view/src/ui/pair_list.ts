@@ -11,6 +11,8 @@ export interface PairListOptions {
   names: Names;
   frameCount: number;
   metresPerUnit: number;
+  /** Whether frames are states, without times. */
+  areStates: () => boolean;
   onPick: (pair: PairHistory, frame: number) => void;
   /** Saves all of them. */
   onMarkers: () => void;
@@ -90,7 +92,7 @@ export class PairList {
   }
 
   #row(pair: PairHistory): Row {
-    const {frameCount, metresPerUnit, onPick} = this.#options;
+    const {frameCount, metresPerUnit, areStates, onPick} = this.#options;
     const canvas = el('canvas', {
       class: 'pair-timeline', 'aria-hidden': 'true',
       click: (event) => {
@@ -105,7 +107,8 @@ export class PairList {
       type: 'button', title: 'Go to the deepest contact of this pair, or to its next one',
       click: () => onPick(pair, pair !== this.#selected ? pair.worstFrame : nextContact(pair, pair.worstFrame)),
     }, el('span', {class: 'pair-name'}, this.#textOf(pair)),
-       el('span', {class: 'quiet'}, `${plural(pair.frames, 'frame')} (${share(pair.frames, frameCount)})${depth}`));
+       el('span', {class: 'quiet'}, plural(pair.frames, areStates() ? 'state' : 'frame') +
+         ` (${share(pair.frames, frameCount)})${depth}`));
     const element = el('li', {class: pair === this.#selected ? 'selected' : ''}, button, canvas);
     return {pair, element, canvas};
   }

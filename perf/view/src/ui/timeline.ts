@@ -9,6 +9,7 @@ import type {Player} from './player.js';
 type Color = 'shade' | 'bar' | 'pair' | 'damaged' | 'quiet' | 'line';
 
 const colorOf = (name: Color): string => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`);
+const WORDS_HEIGHT = 14;
 const PAIR_HEIGHT = 7;
 const AXIS_HEIGHT = 15;
 
@@ -78,6 +79,7 @@ export class Timeline {
     const {hitsPerFrame, damaged} = this.#index;
     const frames = this.#player.frameCount;
     const scale = hitsPerFrame.reduce((a, b) => Math.max(a, b), 1);
+    const most = bottom - WORDS_HEIGHT;
     const columns = Math.min(Math.ceil(width), frames);
     const edge = (column: number): number => Math.round(column / columns * width);
     const barColor = colorOf('bar'), damagedColor = colorOf('damaged');
@@ -92,10 +94,10 @@ export class Timeline {
       }
       if (bad) {
         context.fillStyle = damagedColor;
-        context.fillRect(edge(column), 0, edge(column + 1) - edge(column), bottom);
+        context.fillRect(edge(column), WORDS_HEIGHT, edge(column + 1) - edge(column), most);
       }
       if (hits === 0) continue;
-      const tall = Math.max(3, hits / scale * (bottom - 3));
+      const tall = Math.max(3, hits / scale * most);
       context.fillStyle = barColor;
       const wide = edge(column + 1) - edge(column);
       context.fillRect(edge(column), bottom - tall, wide > 4 ? wide - 1 : wide, tall);
@@ -109,8 +111,6 @@ export class Timeline {
     const words = `red: hits, at most ${count(most)} per frame` +
         (this.#pair ? '; blue: the selected pair touches' : '') + (damaged.includes(1) ? '; grey: damaged' : '');
     context.font = '10px system-ui, sans-serif';
-    context.fillStyle = colorOf('shade');
-    context.fillRect(2, 1, context.measureText(words).width + 6, 13);
     context.fillStyle = colorOf('quiet');
     context.fillText(words, 5, 11);
   }
@@ -130,7 +130,7 @@ export class Timeline {
       context.moveTo(x, height - AXIS_HEIGHT);
       context.lineTo(x, height - AXIS_HEIGHT + 4);
       context.stroke();
-      const words = `${count(frame)} \u00b7 ${seconds(this.#player.timeOf(frame))}`;
+      const words = count(frame) + (this.#player.hasTimes ? ` \u00b7 ${seconds(this.#player.timeOf(frame))}` : '');
       if (x + 3 + context.measureText(words).width < width) context.fillText(words, x + 3, height - 3);
     }
   }

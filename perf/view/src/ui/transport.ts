@@ -49,7 +49,7 @@ export class Transport {
     const {frame, playing} = this.#player;
     if (document.activeElement !== this.#frame || playing) this.#frame.value = String(frame);
     this.#speed.value = String(this.#player.speed);
-    setText(this.#time, seconds(this.#player.timeOf(frame)));
+    setText(this.#time, this.#player.hasTimes ? seconds(this.#player.timeOf(frame)) : '');
     if (playing === this.#shownPlaying) return;
     this.#shownPlaying = playing;
     const words = playing ? 'Pause (space)' : 'Play (space)';

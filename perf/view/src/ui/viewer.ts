@@ -98,6 +98,7 @@ export class Viewer {
       names: this.#names,
       frameCount: recording.frameCount,
       metresPerUnit: recording.header.metresPerUnit,
+      areStates: () => !this.player.hasTimes,
       onPick: (pair, frame) => this.#pickPair(pair, frame),
       onMarkers: () => this.#saveMarkers(),
     });
