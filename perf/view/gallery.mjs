@@ -1,4 +1,4 @@
-// Takes the pictures of docs/gallery.md and README.md from the page, in a browser.
+// Takes the pictures of docs/gallery.md, README.md and the first pages from the page, in a browser.
 //
 //   node gallery.mjs --work DIR --browser PROGRAM --pages DIR --out DIR
 //
@@ -28,15 +28,23 @@ for (const name of ['work', 'browser', 'pages', 'out']) {
 // contact. whole: the page with its panels. report: the page of a report.
 const PICTURES = [
   {name: 'viewer', of: 'people', frame: 1664, keys: [], pair: true, wheel: 300, whole: true},
-  {name: 'viewer_dark', of: 'people', frame: 1664, keys: [], pair: true, whole: true, dark: true, width: 400, height: 860},
+  {name: 'viewer_dark', of: 'people', frame: 1664, keys: [], pair: true, wheel: 300, whole: true, dark: true},
+  {name: 'viewer_400', of: 'people', frame: 1664, keys: [], pair: true, whole: true, width: 400, height: 860},
+  {
+    name: 'viewer_dark_400', of: 'people', frame: 1664, keys: [], pair: true, whole: true, dark: true, width: 400,
+    height: 860,
+  },
   {name: 'people', of: 'people', frame: 1664, keys: ['b', 'Escape'], pair: true, wheel: 700},
   {name: 'dancers', of: 'dancers', frame: 605, keys: ['5'], wheel: -400},
   {name: 'skin', of: 'skin', frame: 22, keys: [], wheel: -300},
   {name: 'report', of: 'report', report: true, whole: true, height: 620},
-  {name: 'report_dark', of: 'report', report: true, whole: true, dark: true, width: 400, height: 860},
+  {name: 'report_dark', of: 'report', report: true, whole: true, height: 620, dark: true},
+  {name: 'report_400', of: 'report', report: true, whole: true, width: 400, height: 860},
+  {name: 'report_dark_400', of: 'report', report: true, whole: true, dark: true, width: 400, height: 860},
   {name: 'rope', of: 'rope', frame: 10, keys: ['8', 'Escape'], pair: true, wheel: 200},
   {name: 'crowd', of: 'crowd', frame: 10, keys: [], wheel: -900, drag: [60, 20]},
   {name: 'dented', of: 'dented', frame: 520, keys: ['b', 'p'], wheel: -600},
+  {name: 'arm', of: 'arm', frame: 0, keys: [], pair: true, whole: true, height: 560},
   {name: 'robot', of: 'robot', frame: 0, keys: ['b'], contact: true, wheel: -300},
 ];
 const FILM = {
@@ -53,7 +61,7 @@ function addressOf(name) {
   return existsSync(file) ? pathToFileURL(file).href : null;
 }
 
-async function open(browser, address, frame, {width = 1240, height = 800, scale = 1, dark, report} = {}) {
+async function open(browser, address, frame, {width = 1280, height = 800, scale = 1, dark, report} = {}) {
   const page = await browser.newPage();
   await page.setViewport({width, height, deviceScaleFactor: scale});
   if (dark) await page.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);

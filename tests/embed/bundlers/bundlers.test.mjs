@@ -3,7 +3,7 @@
 //   node --test bundlers.test.mjs, with
 //   CAB_WORK      a folder with these files, and node_modules by `npm ci` with the package cab-collision in it
 //   CAB_BROWSER   Chromium
-//   CAB_PICTURE   where a picture of the page of three.js is written. Default: nowhere
+//   CAB_PICTURES  where pictures of the pages of three.js are written, PAGE.png. Default: nowhere
 import assert from 'node:assert/strict';
 import {createReadStream, cpSync, existsSync, mkdirSync, rmSync, statSync, writeFileSync} from 'node:fs';
 import {createServer} from 'node:http';
@@ -15,6 +15,11 @@ import {pathToFileURL} from 'node:url';
 const work = process.env.CAB_WORK;
 const require = createRequire(join(work, 'package.json'));
 const EXPECTED = 'link 1 of arm 0 touches link 0 of arm 1';
+// What the titles of the pages of three.js say.
+const TITLES = {
+  skinned: /^[1-9][0-9]+ pairs of triangles touch$/,
+  walk: /^[1-9][0-9]+ pairs of links touch$/,
+};
 const MIME = {'.html': 'text/html', '.js': 'text/javascript', '.wasm': 'application/wasm'};
 
 const vite = await import(pathToFileURL(join(work, 'node_modules/vite/dist/node/index.js')));
@@ -33,7 +38,8 @@ before(async () => {
 after(() => browser?.close());
 
 // Opens a page until `answer` is the result of `expression`, or the page has errors: returns the result and the errors.
-async function seen(url, expression, answer) {
+// picture: the name of a picture of it, if one is wanted.
+async function seen(url, expression, answer, picture) {
   const tab = await browser.newPage(), wrong = [];
   await tab.setViewport({width: 800, height: 500});
   tab.on('pageerror', (error) => wrong.push(error.message));
@@ -47,19 +53,21 @@ async function seen(url, expression, answer) {
     if (answer.test(found)) break;
     await new Promise((done) => setTimeout(done, 50));
   }
-  if (process.env.CAB_PICTURE && expression === 'document.title') await tab.screenshot({path: process.env.CAB_PICTURE});
+  if (picture && process.env.CAB_PICTURES) {
+    await tab.screenshot({path: join(process.env.CAB_PICTURES, `${picture}.png`)});
+  }
   await tab.close();
   return {found, wrong};
 }
 
-async function look(url, expression, answer) {
-  const {found, wrong} = await seen(url, expression, answer);
+async function look(url, expression, answer, picture) {
+  const {found, wrong} = await seen(url, expression, answer, picture);
   assert.deepEqual(wrong, []);
   assert.match(found, answer);
 }
 
 const seesArms = (url) => look(url, 'document.body.textContent.trim()', new RegExp(`^${EXPECTED}$`));
-const seesSkins = (url) => look(url, 'document.title', /^[1-9][0-9]+ pairs of triangles touch$/);
+const sees = (page) => page in TITLES ? (url) => look(url, 'document.title', TITLES[page], page) : seesArms;
 
 // Serves the files of a folder while `use(address)` runs.
 async function served(folder, use) {
@@ -109,9 +117,8 @@ async function developed(page, configFile, use) {
   }
 }
 
-for (const page of ['by_file', 'by_inline', 'by_url_vite', 'skinned']) {
-  const sees = page === 'skinned' ? seesSkins : seesArms;
-  test(`vite, the development server: ${page}`, () => developed(page, configOf(page), sees));
+for (const page of ['by_file', 'by_inline', 'by_url_vite', 'skinned', 'walk']) {
+  test(`vite, the development server: ${page}`, () => developed(page, configOf(page), sees(page)));
 
   test(`vite, a build: ${page}`, async () => {
     const folder = outputFolder(`vite-${page}`);
@@ -119,7 +126,7 @@ for (const page of ['by_file', 'by_inline', 'by_url_vite', 'skinned']) {
       root: work, configFile: configOf(page), logLevel: 'error', base: './',
       build: {outDir: folder, rollupOptions: {input: join(work, `${page}.html`)}, chunkSizeWarningLimit: 4000},
     });
-    await served(folder, (address) => sees(`${address}/${page}.html`));
+    await served(folder, (address) => sees(page)(`${address}/${page}.html`));
   });
 }
 
@@ -157,7 +164,7 @@ for (const page of ['by_file', 'by_inline', 'by_url_esbuild', 'skinned']) {
         cpSync(join(work, 'node_modules/cab-collision', file), join(folder, file));
       }
     }
-    await served(folder, (address) => (page === 'skinned' ? seesSkins : seesArms)(`${address}/index.html`));
+    await served(folder, (address) => sees(page)(`${address}/index.html`));
   });
 }
 

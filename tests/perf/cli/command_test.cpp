@@ -233,38 +233,6 @@ TEST_CASE("help names every option, every policy value and every instruction set
   }
 }
 
-TEST_CASE("docs/getting_started.md has lines of the command that print what it says") {
-  std::string script = "set -e\n", wanted, line, marker;
-  std::istringstream page(read_text(CAB_DOCS "/getting_started.md"));
-  bool inside = false;
-  while (std::getline(page, line)) {
-    if (!inside && line.rfind("<!-- ", 0) == 0) marker = line;
-    if (line.rfind("```", 0) == 0) {
-      inside = !inside;
-    } else if (inside && marker == "<!-- prints: command -->") {
-      wanted += line + "\n";
-    } else if (inside && marker == "<!-- run: command, if named -->") {
-      // Not the lines that build it.
-      if (line.rfind("cab ", 0) == 0 || line.rfind("cp ", 0) == 0) script += line + "\n";
-    }
-  }
-  CHECK(script.find("\ncab run ") != std::string::npos);
-  const std::string clips = "/usr/share/assimp/models/BVH/01_0";
-  CHECK(script.find("\ncp " + clips + "*.bvh .\n") != std::string::npos);
-  if (!std::filesystem::exists(clips + "1.bvh")) {
-    MESSAGE("skipped: there are no clips " << clips << "*.bvh");
-    return;
-  }
-  const TemporaryFolder folder;
-  const std::string command = CAB_COMMAND;
-  script = "cd \"$1\"\nPATH=$2:$PATH\n" + script;
-  const Outcome outcome =
-      spawn("/bin/bash", {"-c", script, "bash", folder / "", command.substr(0, command.rfind('/'))});
-  INFO(outcome.error);
-  CHECK(outcome.exit_code == 0);
-  CHECK(outcome.out == wanted);
-}
-
 TEST_CASE("docs/policies.md has the tables of policies and presets, word for word") {
   std::string wanted, found;
   for (const PolicyField& field : policy_table())
