@@ -24,7 +24,7 @@ class Digest {
   template <class T>
   void add_all(Span<const T> values) {
     add(values.size);
-    if (!values.empty()) add_bytes(values.data, values.size * sizeof(T));
+    if (values.data) add_bytes(values.data, values.size * sizeof(T));
   }
   std::uint64_t value() const { return value_; }
 

@@ -34,8 +34,14 @@ std::uint64_t digest_of(const ArticulationDesc& desc) {
   digest.add(desc.leaves.size);
   for (const Leaf& leaf : desc.leaves) {
     digest.add(leaf.link);
-    add_leaf_shape(digest, leaf.box, leaf.parts);
+    add_leaf_shape(digest, leaf.triangles.empty() ? leaf.box : Box(), leaf.parts);
+    digest.add_all(leaf.triangles);
   }
+  digest.add_all(desc.skin.vertices);
+  digest.add(desc.skin.influence_count);
+  digest.add_all(desc.skin.influence_links);
+  digest.add_all(desc.skin.influence_weights);
+  digest.add_all(desc.skin.inverse_bind);
   digest.add_all(desc.ignored_pairs);
   digest.add(desc.ignored_hops);
   digest.add(desc.rest_pose.data != nullptr);
@@ -65,8 +71,6 @@ Status add_engine(const EngineDesc& desc, EnginePtr& out) {
 
 // Adds an articulation to each engine. They all have the same ones, so the slots are the same.
 Status add_to_all(DistributedEngine& engine, const ArticulationDesc& desc, ArticulationId& out) {
-  for (const Leaf& leaf : desc.leaves)
-    if (leaf.triangles.size > 0) return Status::kSkinNotTaken;  // its reach is not that of its box
   ArticulationId id;
   for (Engine* const one : {engine.own.get(), engine.border.get(), engine.bounds.get()})
     if (const Status status = cab::add_articulation(*one, desc, &id); status != Status::kOk) return status;
@@ -76,7 +80,7 @@ Status add_to_all(DistributedEngine& engine, const ArticulationDesc& desc, Artic
   const std::size_t fit = kSliceBytes / (info.node_count * sizeof(Box));
   const auto slice = static_cast<std::uint32_t>(std::clamp<std::size_t>(fit / 16 * 16, 16, 1024));
   engine.slices.push_back(slice);
-  engine.reaches.push_back(link_reaches(desc.leaves));
+  engine.reaches.push_back(link_reaches(desc));
   BatchId batch;
   return cab::add_batch(*engine.bounds, {out, slice, BatchKind::kCharacters}, &batch);
 }

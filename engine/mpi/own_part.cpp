@@ -89,6 +89,7 @@ FrameJob own_job(const DistributedJob& job, const OwnPart& part) {
   out.policies = job.policies;
   out.margin = job.margin;
   out.min_depth = job.min_depth;
+  out.containment = job.containment;
   out.report = job.report;
   return out;
 }
@@ -175,6 +176,7 @@ std::uint64_t digest_of(const DistributedJob& job) {
   for (std::uint32_t field = 0; field < policy_table().size; ++field) digest.add(policy_get(job.policies, field));
   digest.add(job.margin);
   digest.add(job.min_depth);
+  digest.add(job.containment);
   digest.add(job.report);
   digest.add(job.contacts);
   digest.add(job.inputs.size);

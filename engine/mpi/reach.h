@@ -11,12 +11,15 @@
 
 namespace cab::mpi {
 
-// A link with leaves, and how far they reach from the link's origin.
+// A link that moves leaves, how far from its origin it has their boxes, and how much farther these may reach from the
+// instance's origin than that puts them: 1 if the link alone moves them.
 struct LinkReach {
   std::uint32_t link;
   double radius;
+  double factor;
 };
-std::vector<LinkReach> link_reaches(Span<const Leaf> leaves);
+// desc: as add_articulation has taken it. Throws std::bad_alloc.
+std::vector<LinkReach> link_reaches(const ArticulationDesc& desc);
 
 // A cube about the origin of character i that holds its leaf boxes, widened by its own margin. None, if a number is not
 // finite, so that the character is masked.

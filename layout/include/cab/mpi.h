@@ -24,7 +24,7 @@ enum class Difference : std::uint8_t {
   kVersion,  // the version of cab, or which exact tests it was built with
   kProgram,  // DistributedDesc::program
   kAdded,    // articulations, batches and static bodies that were added
-  kJob,      // rules, policies, margin, min_depth, report or contacts of a frame
+  kJob,      // rules, policies, margin, min_depth, containment, report or contacts of a frame
   kMembers,  // the format of poses, or which spans are given, for a batch of which both ranks have characters
   kNumbers,  // two ranks have the same instance, as far as a frame sees it: where one rank tests both against others.
              // Elsewhere the hits of both are reported, and nothing tells
@@ -85,6 +85,7 @@ struct DistributedJob {
   Policies policies;
   float margin = 0;
   float min_depth = 0;
+  bool containment = true;
   Report report = Report::kHits;
 
   // Whether to find contacts. The same on every rank.

@@ -51,9 +51,14 @@ struct Frame {
   std::vector<std::vector<std::uint8_t>> flags;
 };
 
-Frame by_one_engine(const RandomCrowd& crowd) {
+Frame by_one_engine(const RandomCrowd& crowd, bool containment) {
   const World& world = crowd.world;
-  const EnginePtr engine = make_engine_for(world);
+  const EnginePtr engine = make_engine();
+  for (std::size_t m = 0; m < world.members.size(); ++m) {
+    ArticulationId articulation;
+    oracle::require(add_articulation(*engine, crowd.desc(m), &articulation));
+    add_instances(*engine, articulation, world.members[m].poses.instance_count);
+  }
   Frame out;
   std::vector<BatchInput> inputs;
   std::vector<std::vector<std::uint32_t>> owned(world.members.size());
@@ -83,6 +88,7 @@ Frame by_one_engine(const RandomCrowd& crowd) {
   job.margin = world.margin;
   job.min_depth = world.min_depth;
   job.report = crowd.report;
+  job.containment = containment;
   out.hits.resize(1);
   out.contacts.resize(world.contacts ? 1 : 0);
   for (;;) {
@@ -163,9 +169,10 @@ struct AllRanks {
 AllRanks by_all_ranks(const RandomCrowd& crowd, const Ranks& ranks) {
   const World& world = crowd.world;
   const DistributedPtr engine = make_distributed();
-  for (const Member& member : world.members) {
+  for (std::size_t m = 0; m < world.members.size(); ++m) {
+    const Member& member = world.members[m];
     ArticulationId articulation;
-    require(mpi::add_articulation(*engine, member.rig.desc(), &articulation));
+    require(mpi::add_articulation(*engine, crowd.desc(m), &articulation));
     BatchId batch;
     require(mpi::add_batch(*engine, {articulation, member.poses.instance_count, member.kind}, &batch));
   }
@@ -192,6 +199,7 @@ AllRanks by_all_ranks(const RandomCrowd& crowd, const Ranks& ranks) {
   job.margin = world.margin;
   job.min_depth = world.min_depth;
   job.report = crowd.report;
+  job.containment = crowd.containment;
   job.contacts = world.contacts;
   require(mpi::run_frame(*engine, job));
   const std::vector<Hit> first(job.hit_list.begin(), job.hit_list.end());
@@ -222,6 +230,16 @@ bool same_contacts(const std::vector<Contact>& a, const std::vector<Contact>& b)
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(Contact)) == 0);
 }
 
+// How many hits are of characters on two ranks, one of which has a skin.
+std::uint64_t skins_across(const RandomCrowd& crowd, const std::vector<Hit>& hits) {
+  const std::size_t members = crowd.world.members.size();
+  return static_cast<std::uint64_t>(std::count_if(hits.begin(), hits.end(), [&](const Hit& hit) {
+    const std::size_t a = hit.batch_a.value - 1, b = hit.batch_b.value - 1;
+    return a < members && b < members && (crowd.skins[a] || crowd.skins[b]) &&
+           crowd.owners[a][hit.instance_a] != crowd.owners[b][hit.instance_b];
+  }));
+}
+
 }  // namespace
 
 TEST_CASE("all ranks together find the hits and contacts of one engine, bit for bit") {
@@ -229,11 +247,13 @@ TEST_CASE("all ranks together find the hits and contacts of one engine, bit for 
   const Ranks ranks;
   const std::uint64_t alone = number_from_environment("CAB_TEST_SEED", 0);
   std::uint64_t hits = 0, poses_sent = 0;
+  std::uint64_t surfaces = 0,
+                inside = 0;  // hits of skins on two ranks by triangles, and those of what is wholly inside
   for (std::uint64_t seed = alone ? alone : 1; seed <= (alone ? alone : rounds(kUsual)); ++seed) {
     CAPTURE(seed);
     Random random(seed);
     const RandomCrowd crowd = random_crowd(random, ranks.count);
-    const Frame expected = by_one_engine(crowd);
+    const Frame expected = by_one_engine(crowd, crowd.containment);
     const AllRanks found = by_all_ranks(crowd, ranks);
     CHECK(missing_from(expected.hits, found.frame.hits) == 0);
     CHECK(missing_from(found.frame.hits, expected.hits) == 0);
@@ -242,12 +262,21 @@ TEST_CASE("all ranks together find the hits and contacts of one engine, bit for 
     CHECK(expected.flags == found.frame.flags);
     hits += expected.hits.size();
     poses_sent += found.poses_sent;
+    if (!crowd.has_skins() || crowd.policies.exact != Exact::kSurface) continue;
+    const std::uint64_t touching = skins_across(crowd, by_one_engine(crowd, false).hits);
+    surfaces += touching;
+    inside += skins_across(crowd, expected.hits) - touching;
   }
   if (ranks.rank == 0)
-    MESSAGE("hits ", hits, ", characters whose poses were sent ", poses_sent, ", ranks ", ranks.count);
+    MESSAGE("hits ", hits, ", characters whose poses were sent ", poses_sent, ", of skins on two ranks ", surfaces,
+            " by triangles and ", inside, " inside, ranks ", ranks.count);
   if (alone == 0) {
     CHECK(hits >= least_count(1000, kUsual));
-    if (ranks.count > 1) CHECK(poses_sent >= least_count(100, kUsual));
+    if (ranks.count > 1) {
+      CHECK(poses_sent >= least_count(100, kUsual));
+      CHECK(surfaces >= least_count(100, kUsual));
+      CHECK(inside >= least_count(20, kUsual));
+    }
   }
 }
 

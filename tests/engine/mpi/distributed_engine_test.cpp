@@ -1,5 +1,6 @@
 // What frames and calls of all ranks refuse: with one answer for all, and an engine that goes on.
 #include "perf/harness/random_world.h"
+#include "tests/layout/closed_skin.h"
 
 #include <cab/mpi.h>
 
@@ -125,6 +126,7 @@ TEST_CASE("what differs between ranks is told") {
   if (f.ranks == 1) return;
   CHECK(f.answer([&] { f.job.margin = 1; }).difference == mpi::Difference::kJob);
   CHECK(f.answer([&] { f.job.rules = {}; }).difference == mpi::Difference::kJob);
+  CHECK(f.answer([&] { f.job.containment = false; }).difference == mpi::Difference::kJob);
   const std::vector<std::uint32_t> layers(f.numbers.size(), 1);
   CHECK(f.answer([&] { f.inputs[0].input.layers = layers; }).difference == mpi::Difference::kMembers);
 
@@ -144,6 +146,78 @@ TEST_CASE("what differs between ranks is told") {
   const mpi::Answer added =
       mpi::add_batch(*f.engine, {{1}, kCount + (f.is_last() ? 1u : 0u), BatchKind::kCharacters}, &batch);
   CHECK(added.difference == mpi::Difference::kAdded);
+}
+
+TEST_CASE("a skin that differs between ranks in any number is told, and a bad one is refused on all") {
+  const Fixture f;
+  const auto add = [&f](auto&& change) {
+    SkinRig skin = rig_of(ball_mesh(1), 2, 0.5, 8);
+    ArticulationDesc desc = skin.desc();
+    if (f.is_last()) change(skin, desc);
+    mpi::DistributedEngine* made = nullptr;
+    REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
+    ArticulationId id;
+    const mpi::Answer answer = mpi::add_articulation(*made, desc, &id);
+    mpi::destroy(made);
+    return answer;
+  };
+  const auto differs = [&](auto&& change) {
+    const mpi::Answer answer = add(change);
+    CHECK(answer.difference == (f.ranks == 1 ? mpi::Difference::kNone : mpi::Difference::kAdded));
+    CHECK(answer.status == Status::kOk);
+  };
+  CHECK(add([](SkinRig&, ArticulationDesc&) {}).ok());
+  differs([](SkinRig& skin, ArticulationDesc&) { skin.vertices[4] += 1; });
+  differs([](SkinRig& skin, ArticulationDesc&) { skin.weights[1] += 1; });
+  differs([](SkinRig& skin, ArticulationDesc&) { std::swap(skin.links[0], skin.links[1]); });
+  differs([](SkinRig& skin, ArticulationDesc&) { skin.inverse_bind[12] += 1; });
+  differs([](SkinRig& skin, ArticulationDesc&) { std::swap(skin.triangles[0][0], skin.triangles[0][1]); });
+  CHECK(add([](SkinRig& skin, ArticulationDesc&) { skin.leaves[0].box.center[0] = 1; }).ok());  // is not read
+  CHECK(add([](SkinRig&, ArticulationDesc& desc) { desc.skin.vertices.data = nullptr; }).status == Status::kBadSkin);
+  CHECK(add([](SkinRig& skin, ArticulationDesc&) { skin.weights[0] = -1; }).status == Status::kBadSkin);
+}
+
+TEST_CASE("what is wholly inside a closed part of another rank's body is a hit of all ranks, unless that is off") {
+  const Fixture f;
+  const SkinRig skin = rig_of(ball_mesh(2), 2, 0.5, 40);
+  mpi::DistributedEngine* made = nullptr;
+  REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
+  const std::unique_ptr<mpi::DistributedEngine, Deleter> engine(made);
+  ArticulationId articulation;
+  REQUIRE(mpi::add_articulation(*engine, skin.desc(), &articulation).ok());
+  BatchId batch;
+  REQUIRE(mpi::add_batch(*engine, {articulation, 2, BatchKind::kCharacters}, &batch).ok());
+
+  // Rank 0 has one of ten times the size about that of the last rank.
+  constexpr float kSizes[] = {10, 1};
+  std::vector<std::uint32_t> numbers;
+  std::vector<float> poses, scales;
+  for (const std::uint32_t number : {0u, 1u}) {
+    if (f.rank != (number == 0 ? 0 : f.ranks - 1)) continue;
+    numbers.push_back(number);
+    poses.insert(poses.end(), {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0.5f, 0, 0});
+    scales.push_back(kSizes[number]);
+  }
+  mpi::RankInput input;
+  input.input.batch = batch;
+  input.input.poses.data = poses.data();
+  input.input.scales = scales;
+  input.numbers = numbers;
+  const PairRule rule = {batch, batch, Pairing::kBetween};
+  mpi::DistributedJob job;
+  job.inputs = {&input, 1};
+  job.rules = {&rule, 1};
+  job.policies.exact = Exact::kSurface;
+  for (const bool containment : {true, false}) {
+    job.containment = containment;
+    REQUIRE(mpi::run_frame(*engine, job).ok());
+    auto hits = static_cast<unsigned>(job.hit_list.size);
+    MPI_Allreduce(MPI_IN_PLACE, &hits, 1, MPI_UNSIGNED, MPI_SUM, MPI_COMM_WORLD);
+    CHECK(hits == (containment ? 1 : 0));
+  }
+  // Contacts of triangles are refused by all.
+  job.contacts = true;
+  CHECK(mpi::run_frame(*engine, job).status == Status::kSkinNotTaken);
 }
 
 TEST_CASE("sequences, and what an engine refuses, cannot be added") {

@@ -2,13 +2,17 @@
 #pragma once
 
 #include "perf/harness/random_world.h"
-#include "perf/judge/oracle/random_queries.h"
+#include "perf/judge/oracle/random_surfaces.h"
+#include "tests/layout/closed_skin.h"
 
 #include <cab/mpi.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace cab::tests {
@@ -19,11 +23,20 @@ inline constexpr std::int32_t kNobody = -1;
 struct RandomCrowd {
   oracle::World world;
   oracle::KeptParts kept;
-  std::vector<std::vector<float>> margins;        // of each member; empty: none
-  std::vector<StaticBody> bodies;                 // of a static batch behind the members; empty: none
-  std::vector<std::vector<std::int32_t>> owners;  // of each member's instances
+  std::vector<std::optional<oracle::SkinRig>> skins;  // of each member, in the place of its rig; or none
+  std::vector<std::vector<float>> margins;            // of each member; empty: none
+  std::vector<StaticBody> bodies;                     // of a static batch behind the members; empty: none
+  std::vector<std::vector<std::int32_t>> owners;      // of each member's instances
   Policies policies;
   Report report = Report::kHits;
+  bool containment = true;
+
+  ArticulationDesc desc(std::size_t member) const {
+    return skins[member] ? skins[member]->desc() : world.members[member].rig.desc();
+  }
+  bool has_skins() const {
+    return std::any_of(skins.begin(), skins.end(), [](const auto& skin) { return skin.has_value(); });
+  }
 };
 
 // How characters are given to ranks.
@@ -83,6 +96,35 @@ inline void add_pose_scales(oracle::Random& random, oracle::Member& member) {
   }
 }
 
+// A skin of any triangles, or of one or two closed parts.
+inline oracle::SkinRig any_skin(oracle::Random& random) {
+  if (random.chance(0.4)) {
+    for (;;) {
+      oracle::SkinRig skin =
+          oracle::random_surface(random, static_cast<oracle::SkinRegime>(random.index(oracle::kSkinRegimeCount)), 10);
+      if (skin.size == 1) return skin;
+    }
+  }
+  Mesh mesh = lump_mesh(random, 1 + random.index(2), {{0.6, 0.3, 0.3}}, {{0.3, 0, 0}});
+  if (random.chance(0.3)) mesh.add(lump_mesh(random, 1, {{0.1, 0.1, 0.1}}, {{0.3, 0.5, 0}}));
+  return rig_of(mesh, 1 + random.index(3), 0.3, 8 + random.index(40), random.chance(0.2) ? &random : nullptr);
+}
+
+// A member with that skin, as any_member makes one of a rig.
+inline oracle::Member skinned_member(oracle::Random& random, const oracle::SkinRig& skin, std::uint32_t instances,
+                                     const oracle::PoseRange& range) {
+  oracle::Member member;
+  const auto format = static_cast<PoseFormat>(random.index(3));
+  const double angle = random.uniform(0, 2), shift = random.chance(0.5) ? 0.1 : 0;
+  member.poses = oracle::random_skin_poses(random, skin, instances, format, angle, shift,
+                                           range.origins ? 0 : range.spread / skin.size);
+  member.poses.scales.clear();
+  for (std::uint32_t i = 0; range.origins && i < instances; ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      member.poses.origins.push_back(range.about[c] + random.uniform(-range.spread, range.spread));
+  return member;
+}
+
 inline void break_poses(oracle::Random& random, oracle::Member& member) {
   for (std::uint32_t i = 0; i < member.poses.instance_count; ++i)
     if (random.chance(0.1))
@@ -112,6 +154,7 @@ inline Policies any_policies(oracle::Random& random) {
   return out;
 }
 
+// Half of the crowds have skins.
 inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
   RandomCrowd out;
   oracle::World& world = out.world;
@@ -119,19 +162,24 @@ inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
   const oracle::Vec3<double> about = (far ? random.log_uniform(1e6, 1e9) : 0) * random.unit_vector();
   const double spread = random.uniform(0.5, 4);
   const std::uint32_t count = 1 + random.index(3);
+  const bool with_skins = random.chance(0.5);
   for (std::uint32_t m = 0; m < count; ++m) {
     const std::uint32_t instances =
         random.chance(0.3) ? oracle::kInstanceCounts[random.index(6)] : 20 + random.index(80);
     const oracle::PoseRange range = oracle::any_pose_range(random, far, about, spread);
-    world.members.push_back(oracle::any_member(random, instances, BatchKind::kCharacters, range, 12));
+    std::optional<oracle::SkinRig>& skin = out.skins.emplace_back();
+    if (with_skins && (m == 0 || random.chance(0.5))) skin = any_skin(random);
+    world.members.push_back(skin ? skinned_member(random, *skin, instances, range)
+                                 : oracle::any_member(random, instances, BatchKind::kCharacters, range, 12));
     oracle::Member& member = world.members.back();
     const bool is_scaled = random.chance(0.4);
-    if (is_scaled && member.poses.format != PoseFormat::kQuaternionTranslation && random.chance(0.5))
+    if (is_scaled &&
+        (member.poses.has_scale || (member.poses.format != PoseFormat::kQuaternionTranslation && random.chance(0.5))))
       add_pose_scales(random, member);
     else if (is_scaled)
       add_scales(random, member);
     if (random.chance(0.3)) break_poses(random, member);
-    if (random.chance(0.4)) oracle::add_parts(random, member.rig, out.kept);
+    if (!skin && random.chance(0.4)) oracle::add_parts(random, member.rig, out.kept);
     std::vector<float>& margins = out.margins.emplace_back();
     if (random.chance(0.3))
       for (std::uint32_t i = 0; i < instances; ++i)
@@ -144,7 +192,10 @@ inline RandomCrowd random_crowd(oracle::Random& random, std::int32_t ranks) {
   if (random.chance(0.4)) world.margin = static_cast<float>(random.log_uniform(0.001, 0.5));
   if (random.chance(0.4)) add_level(random, about, spread, out);
   out.policies = any_policies(random);
-  if (out.policies.exact != Exact::kNone) {
+  if (with_skins) {
+    out.policies.exact = random.chance(0.8) ? Exact::kSurface : Exact::kNone;
+    out.containment = random.chance(0.8);
+  } else if (out.policies.exact != Exact::kNone) {
     world.contacts = random.chance(0.7);
     if (world.contacts && random.chance(0.2)) out.report = Report::kDistances;
     if (random.chance(0.3)) world.min_depth = static_cast<float>(random.uniform(0, 0.05));

@@ -93,6 +93,7 @@ TEST_CASE("cab crowd --mpi: in every scene the ranks together find the hits of o
       {"detailed", {}},
       {"ropes", {"--shape", "braided"}},
       {"rigs", {}},
+      {"skins", {"--exact", "surface"}},
       {"mixed", {"--refit", "aabb_hull"}},
       {"churn", {}},
       {"city", {}},
