@@ -140,7 +140,7 @@ Status sweep_margins(Engine& engine, const BatchInput& last, const BatchInput& i
   if (const Status status = bind_inputs(engine, call, {&input, 1}); status != Status::kOk) return status;
   if (&call.batch(input.batch) != &batch || batch.kind != BatchKind::kCharacters || is_static(batch))
     return Status::kBadBatchKind;
-  if (has_skin(*batch.articulation)) return Status::kSkinNotTaken;
+  if (has_skin(posed_articulation(*batch.articulation))) return Status::kSkinNotTaken;
   if (margins.size < batch.instance_count || (margins.size && !margins.data)) return Status::kBadOutput;
   const Sweep sweep = {*engine.kernels, before, batch, margins};
   const std::uint32_t tiles = tile_count(active_count(batch));

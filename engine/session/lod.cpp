@@ -115,7 +115,7 @@ Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out, std::ui
     const kernel::FloatMode mode;
     const Articulation* const fine = find_articulation(engine, desc.of);
     if (!fine) return Status::kUnknownArticulation;
-    if (has_skin(*fine)) return Status::kSkinNotTaken;
+    if (has_skin(*fine) && desc.kind == LodKind::kReach) return Status::kSkinNotTaken;
     auto slot = std::make_unique<StoredArticulation>(engine.allocator);
     if (const Status status = build(*fine, desc, *slot, bad_leaf); status != Status::kOk) return status;
     store_articulation(std::move(slot), engine, out);

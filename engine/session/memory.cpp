@@ -21,9 +21,10 @@ struct Extremes {
 
   void add(const Articulation& articulation, MemoryNeeds& needs) {
     needs.joints = std::max<std::size_t>(needs.joints, articulation.link_count);
-    needs.skin = std::max(needs.skin, skin_tiles(articulation));
-    needs.skin_rows = std::max(needs.skin_rows, skin_rows(articulation));
-    if (has_skin(articulation)) needs.skin_leaves = std::max<std::size_t>(needs.skin_leaves, articulation.leaf_count);
+    const Articulation& posed = posed_articulation(articulation);
+    needs.skin = std::max(needs.skin, skin_tiles(posed));
+    needs.skin_rows = std::max(needs.skin_rows, skin_rows(posed));
+    if (has_skin(posed)) needs.skin_leaves = std::max<std::size_t>(needs.skin_leaves, posed.leaf_count);
     const SurfaceLeaves& surface = articulation.surface;
     needs.surface_bones = std::max<std::size_t>(needs.surface_bones, surface.most_bones);
     needs.surface_blocks = std::max<std::size_t>(needs.surface_blocks, surface.most_blocks);

@@ -207,6 +207,94 @@ TEST_CASE("a batch that one tile holds has the hits of a larger one, and none of
   CHECK(hits_seen >= least_count(1000, 40));
 }
 
+TEST_CASE("a level of nodes of a skin has boxes of the hierarchy, bit by bit, and loses nothing that touches") {
+  Random random(80);
+  std::size_t hits_seen = 0, boxes_seen = 0;
+  const std::uint64_t count = rounds(20);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    CAPTURE(round);
+    const SkinWorld world(random, static_cast<SkinRegime>(round % kSkinRegimeCount));
+    // An engine of the level alone, with a batch of a tile or of several.
+    const EnginePtr engine = make_engine();
+    LodDesc desc;
+    require(add_articulation(*engine, world.rig.desc(), &desc.of));
+    desc.kind = LodKind::kNodes;
+    desc.max_leaves = 1 + random.index(4);
+    ArticulationId level;
+    require(add_lod(*engine, desc, &level));
+    const std::uint32_t instances = round % 2 == 0 ? 2 : kCount;
+    const BatchId batch = add_instances(*engine, level, instances);
+    BatchInput input = world.poses.input(batch);
+    if (!input.orientations.empty()) input.orientations.size = 4 * instances;
+    if (!input.scales.empty()) input.scales.size = instances;
+    ArticulationInfo of_fine, of_level;
+    require(articulation_info(*world.engine, world.articulation, &of_fine));
+    require(articulation_info(*engine, level, &of_level));
+    for (const Policies& policies : all_refits()) {
+      std::vector<Box> fine(kCount * of_fine.node_count), nodes(instances * of_level.node_count);
+      require(compute_boxes(*world.engine, world.poses.input(world.batch), policies, fine));
+      require(compute_boxes(*engine, input, policies, nodes));
+      for (std::uint32_t n = 0; n < nodes.size(); ++n) {
+        const Box* const first = &fine[n / of_level.node_count * of_fine.node_count];
+        CHECK(std::any_of(first, first + of_fine.node_count,
+                          [&](const Box& box) { return same_bits(&box, &nodes[n], 1); }));
+        ++boxes_seen;
+      }
+    }
+    std::vector<std::uint16_t> leaf_of_link(world.rig.parents.size());
+    require(lod_leaves(*engine, level, leaf_of_link));
+    std::vector<Hit> hits;
+    FrameJob job;
+    REQUIRE(world.run(job, hits) == Status::kOk);
+    const PairRule rule = {batch, batch, Pairing::kBetween};
+    FrameJob coarse;
+    coarse.inputs = {&input, 1};
+    coarse.rules = {&rule, 1};
+    std::vector<Hit> found(1 << 14);
+    coarse.hits = found;
+    REQUIRE(run_frame(*engine, coarse) == Status::kOk);
+    found.resize(coarse.hit_count);
+    for (const Hit& hit : hits) {
+      if (hit.instance_a == hit.instance_b || hit.instance_b >= instances) continue;
+      CHECK(std::any_of(found.begin(), found.end(), [&](const Hit& one) {
+        return one.instance_a == hit.instance_a && one.instance_b == hit.instance_b &&
+               one.leaf_a == leaf_of_link[hit.link_a] && one.leaf_b == leaf_of_link[hit.link_b];
+      }));
+      ++hits_seen;
+    }
+    // Rays of queries meet the boxes about what they are shot at.
+    ReserveDesc reserved;
+    reserved.queries = 1000;
+    require(reserve(*engine, reserved));
+    const std::vector<ExactPose> exact = exact_poses(world.poses, 1);
+    for (std::size_t leaf = 0; leaf < world.rig.leaves.size(); ++leaf) {
+      const Point at = skinned_vertex(world.rig.desc().skin, exact, world.rig.triangles[leaf][0]);
+      Query query;
+      query.want = QueryWant::kAll;
+      query.length = static_cast<float>(2 * world.rig.size);
+      query.direction[0] = 1;
+      for (std::size_t c = 0; c < 3; ++c) query.position[c] = static_cast<double>(at[c]);
+      query.position[0] -= world.rig.size;
+      std::vector<QueryHit> met(4 * kCount);
+      QueryJob shot;
+      shot.inputs = {&input, 1};
+      shot.queries = {&query, 1};
+      shot.hits = met;
+      REQUIRE(run_queries(*engine, shot) == Status::kOk);
+      CHECK(
+          std::any_of(met.begin(), met.begin() + static_cast<std::ptrdiff_t>(shot.hit_count), [&](const QueryHit& hit) {
+            return hit.instance == 1 && hit.leaf == leaf_of_link[world.rig.leaves[leaf].link];
+          }));
+    }
+    std::vector<float> margins(instances);
+    CHECK(sweep_margins(*engine, input, input, margins) == Status::kSkinNotTaken);
+    coarse.policies.exact = Exact::kSurface;
+    CHECK(run_frame(*engine, coarse) == Status::kLodWithoutShapes);
+  }
+  CHECK(hits_seen >= least_count(100, 20));
+  CHECK(boxes_seen >= least_count(1000, 20));
+}
+
 TEST_CASE("rays find the link of every vertex of a skin that they are shot at") {
   Random random(72);
   std::size_t shot = 0;

@@ -100,7 +100,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // Statuses: kBusy, kBadOutput (out is null), kUnknownArticulation, kBadLod (also for a link with leaves in no leaf of
 // the level or in two, for two leaves on one link, and for a leaf whose links are not in its link's tree),
 // kBadRestPose, kTooFewLeaves, kTooManyLeaves, kBadLeafLink, kBadLeafBox (also for a reach beyond 1e18), kBadLeafAxes,
-// kLodLeafTooSmall, kSkinNotTaken, kOutOfMemory.
+// kLodLeafTooSmall, kSkinNotTaken (kReach), kOutOfMemory.
 // Thread: any, alone on its engine.
 [[nodiscard]] CAB_API Status add_lod(Engine& engine, const LodDesc& desc, ArticulationId* out,
                                      std::uint32_t* bad_leaf = nullptr) noexcept;

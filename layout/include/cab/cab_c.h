@@ -711,8 +711,9 @@ typedef struct cab_ArticulationDesc {
   cab_PoseView rest_pose;
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
-  // queries by boxes, frames with CAB_EXACT_SURFACE but without contacts, and cab_compute_boxes. Calls that need more
-  // of it answer CAB_STATUS_SKIN_NOT_TAKEN: other exact tests, sweeps, levels, and queries about the past but for rays.
+  // queries by boxes, levels of nodes, cab_compute_boxes, and frames with CAB_EXACT_SURFACE but without contacts. What
+  // needs more answers CAB_STATUS_SKIN_NOT_TAKEN: other exact tests, sweeps, levels of boxes, the past for all queries
+  // but rays.
   cab_SkinDesc skin;
 } cab_ArticulationDesc;
 
@@ -1707,7 +1708,8 @@ CAB_API cab_Status cab_compute_link_poses(const cab_KinematicsDesc* desc, cab_Co
 // (also for a link with leaves in no leaf of the level or in two, for two leaves on one link, and for a leaf whose
 // links are not in its link's tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,
 // CAB_STATUS_BAD_LEAF_LINK, CAB_STATUS_BAD_LEAF_BOX (also for a reach beyond 1e18), CAB_STATUS_BAD_LEAF_AXES,
-// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_OUT_OF_MEMORY. Thread: any, alone on its engine.
+// CAB_STATUS_LOD_LEAF_TOO_SMALL, CAB_STATUS_SKIN_NOT_TAKEN (CAB_LOD_KIND_REACH), CAB_STATUS_OUT_OF_MEMORY. Thread: any,
+// alone on its engine.
 CAB_API cab_Status cab_add_lod(cab_Engine* engine, const cab_LodDesc* desc, cab_ArticulationId* out,
                                uint32_t* bad_leaf);
 

@@ -353,8 +353,8 @@ struct ArticulationDesc {
   PoseView rest_pose = {};
 
   // The vertices of leaves with triangles. Default: there are none. An articulation with such leaves takes frames and
-  // queries by boxes, frames with Exact::kSurface but without contacts, and compute_boxes. Calls that need more of it
-  // answer Status::kSkinNotTaken: other exact tests, sweeps, levels, and queries about the past but for rays.
+  // queries by boxes, levels of nodes, compute_boxes, and frames with Exact::kSurface but without contacts. What needs
+  // more answers Status::kSkinNotTaken: other exact tests, sweeps, levels of boxes, the past for all queries but rays.
   SkinDesc skin = {};
 };
 
