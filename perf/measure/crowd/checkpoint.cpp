@@ -54,7 +54,8 @@ std::optional<Checkpoint> read_checkpoint(const std::string& path) {
   const std::string text = scenes::read_bytes(path, name, scenes::check_file(path, name));
   try {
     const Json json = Json::parse(text);
-    if (json.at("format") != kFormat) throw std::runtime_error("another format");
+    if (json.at("format") != kFormat)
+      throw std::runtime_error("it has the format " + json.at("format").dump() + ", not \"" + kFormat + '"');
     Checkpoint out;
     json.at("program").get_to(out.program);
     read_number(json, "frames", out.frames);

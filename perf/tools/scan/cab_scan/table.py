@@ -107,14 +107,10 @@ class Table:
         with self._told():
             self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
             stack.callback(self._base.close)
-            application = self._base.execute("PRAGMA application_id").fetchone()[0]
             tables = self._base.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
             if tables == 0:
                 self._base.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
-            elif application != _APPLICATION:
-                raise TableError(f"{path}: it is no table of cab scan")
-            elif (found := self._base.execute("PRAGMA user_version").fetchone()[0]) != _FORMAT:
-                raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
+            _check_format(self._base, path)
             self._base.execute("PRAGMA foreign_keys = ON")
             # A commit need not wait for the disk: what is killed loses nothing, and a machine that stops loses the last
             # rows at most. Where a file system has no shared memory, SQLite stays with its journal.
@@ -365,19 +361,20 @@ def reserved(paths: Iterable[str]) -> Iterator[None]:
             if not os.path.isfile(real):
                 raise TableError(f"{path}: there is no such table")
             stack.enter_context(_locked(real, path))
-            _check_format(real, path)
+            try:
+                with contextlib.closing(sqlite3.connect(real)) as base:
+                    _check_format(base, path)
+            except sqlite3.Error as error:
+                raise TableError(f"{path}: {error}") from error
         yield
 
 
-def _check_format(real: str, path: str) -> None:
-    try:
-        with contextlib.closing(sqlite3.connect(real)) as base:
-            application = base.execute("PRAGMA application_id").fetchone()[0]
-            found = base.execute("PRAGMA user_version").fetchone()[0]
-    except sqlite3.Error as error:
-        raise TableError(f"{path}: {error}") from error
-    if (application, found) != (_APPLICATION, _FORMAT):
-        raise TableError(f"{path}: it is no table of this cab scan, whose format is {_FORMAT}")
+def _check_format(base: sqlite3.Connection, path: str) -> None:
+    if base.execute("PRAGMA application_id").fetchone()[0] != _APPLICATION:
+        raise TableError(f"{path}: it is no table of cab scan")
+    found = base.execute("PRAGMA user_version").fetchone()[0]
+    if found != _FORMAT:
+        raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
 
 
 def _texts(values: Iterable[Any]) -> Tuple[Any, ...]:

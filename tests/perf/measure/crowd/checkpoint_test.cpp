@@ -39,6 +39,10 @@ TEST_CASE("what is no checkpoint is refused with its path") {
     write_text(path, text);
     CHECK_THROWS_WITH_AS(perf::read_checkpoint(path), doctest::Contains(path.c_str()), std::runtime_error);
   }
+  write_text(path, "{\"format\": \"cab crowd --mpi 1\"}");
+  CHECK_THROWS_WITH_AS(perf::read_checkpoint(path),
+                       doctest::Contains("has the format \"cab crowd --mpi 1\", not \"cab crowd --mpi 2\""),
+                       std::runtime_error);
 }
 
 TEST_CASE("a checkpoint in which anything was changed is refused") {

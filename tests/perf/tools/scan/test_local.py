@@ -275,7 +275,7 @@ def test_what_is_no_table_is_not_merged(alone, quick):
     busy = table.Table(str(alone.folder / "busy.sqlite"))
     for name, told in (
         ("text.sqlite", "file is not a database"), ("gone.sqlite", "there is no such table"),
-        ("old.sqlite", "it is no table of this cab scan, whose format is 4"),
+        ("old.sqlite", "it has format 3, and this cab scan writes format 4"),
         ("busy.sqlite", "another cab scan writes it"),
     ):
         outcome = quick("merge", "scan.sqlite", name, "--table", "all.sqlite")
