@@ -58,6 +58,9 @@ struct TileDescent;
 template <class AosBox>
 struct BoxPairs;
 
+// The refits that make oriented boxes are those before kAabbHull.
+inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
+
 // One function per kind of work. One call handles one tile or one chunk of pairs. The comment of the kernel says what
 // it reads and writes; find_kernels.cpp pairs members with kernels.
 struct KernelTable {

@@ -126,13 +126,13 @@ Status find_candidates(Engine& engine, const FrameJob& job, CandidateList& out) 
       searcher.test();
     });
   }
-  out.needed = writer.found();
-  out.count = out.needed > out.pairs.size ? 0 : out.needed;
-  std::sort(out.pairs.data, out.pairs.data + out.count, [](const InstancePair& x, const InstancePair& y) {
+  out.pairs_needed = writer.found();
+  out.pair_count = out.pairs_needed > out.pairs.size ? 0 : out.pairs_needed;
+  std::sort(out.pairs.data, out.pairs.data + out.pair_count, [](const InstancePair& x, const InstancePair& y) {
     return std::tie(x.batch_a.value, x.instance_a, x.batch_b.value, x.instance_b) <
            std::tie(y.batch_a.value, y.instance_a, y.batch_b.value, y.instance_b);
   });
-  return out.needed > out.pairs.size ? Status::kPairsOverflow : Status::kOk;
+  return out.pairs_needed > out.pairs.size ? Status::kPairsOverflow : Status::kOk;
 } catch (const std::exception&) { return status_of_exception(); }
 
 }  // namespace cab

@@ -209,7 +209,7 @@ Status Border::choose_pairs() {
   list.pairs = pairs;
   Status status = find_candidates(*engine_.border, job, list);
   if (status == Status::kPairsOverflow) {
-    pairs.resize(list.needed);
+    pairs.resize(list.pairs_needed);
     list.pairs = pairs;
     status = find_candidates(*engine_.border, job, list);
   }
@@ -217,7 +217,7 @@ Status Border::choose_pairs() {
 
   std::vector<std::vector<bool>> meets(engine_.batches.size());
   for (std::size_t b = 0; b < meets.size(); ++b) meets[b].resize(near_own_[b].size());
-  for (std::size_t p = 0; p < list.count; ++p) {
+  for (std::size_t p = 0; p < list.pair_count; ++p) {
     std::uint32_t own_batch = pairs[p].batch_a.value, own = pairs[p].instance_a;
     std::uint32_t other_batch = pairs[p].batch_b.value, other = pairs[p].instance_b;
     if (own >= near_own_[own_batch - 1].size()) {

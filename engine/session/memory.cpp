@@ -307,7 +307,7 @@ Status engine_memory(const Engine& engine, EngineMemory* out) noexcept {
   for (const auto& worker : engine.pool.workers) out->workers += worker->arena.bytes();
   for (const auto& reader : engine.readers)
     for (const auto& worker : reader->own_pool.workers) out->workers += worker->arena.bytes();
-  out->rows = bytes_of(engine.crowd);
+  out->broad_phase = bytes_of(engine.crowd);
   const HitStore& store = engine.hit_store;
   out->hits = std::size_t{store.blocks} * kBlockWords * sizeof(std::uint32_t);
   out->queries = query_bytes(engine);

@@ -202,9 +202,7 @@ std::string preset_help() {
 }
 
 void set_preset(Policies& policies, const std::string& text) {
-  if (preset_set(policies, text.c_str())) return;
-  const std::string instead = text == "fast" ? ", or set --sat faces_6" : "";
-  reject("--preset", text, "a preset; choose " + preset_names(", ") + instead);
+  if (!preset_set(policies, text.c_str())) reject("--preset", text, "a preset; choose " + preset_names(", "));
 }
 
 }  // namespace cab::perf

@@ -120,9 +120,7 @@ bool Motion::load(const char* path, const MotionOptions& options) noexcept {
     if (options.motion_path) import.motion = scenes::MotionFile{options.motion_path, options.motion_metres_per_unit};
     if (options.animation) import.animation = options.animation;
     import.frames_per_second = options.frames_per_second;
-    if (options.skin && options.surface)
-      throw std::runtime_error("bodies are hulls about meshes (skin) or triangles of meshes (surface), not both");
-    if (options.skin || options.surface) import.skin.emplace().surface = options.surface;
+    if (options.body != MotionBody::kSkeleton) import.skin.emplace().surface = options.body == MotionBody::kSurface;
     import.bodies = {options.stature, options.thickness};
     storage_->clip = scenes::import_clip(path, import);
     storage_->articulation.emplace(storage_->clip.character);

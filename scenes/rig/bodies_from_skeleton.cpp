@@ -141,7 +141,7 @@ Status make_bodies(const SkeletonDesc& skeleton, const SkeletonOptions& options,
 
 }  // namespace
 
-const char* to_string(Status status) {
+const char* to_string(Status status) noexcept {
   switch (status) {
     case Status::kOk: return "ok";
     case Status::kOutOfMemory: return "an allocation failed";
@@ -166,9 +166,9 @@ Bodies& Bodies::operator=(Bodies&& other) noexcept {
 
 Bodies::~Bodies() { delete storage_; }
 
-ArticulationDesc Bodies::desc() const { return desc_of(storage_); }
+ArticulationDesc Bodies::desc() const noexcept { return desc_of(storage_); }
 
-Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options, Bodies* bodies) {
+Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options, Bodies* bodies) noexcept {
   try {
     return make_bodies(skeleton, options, bodies);
   } catch (const std::bad_alloc&) { return Status::kOutOfMemory; }

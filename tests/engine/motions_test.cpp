@@ -97,7 +97,7 @@ TEST_CASE("a motion that is called free has no state that collides, and others t
     search_first.first_moments = moments;
     REQUIRE(checker.check_motions(from, to, any, search) == Status::kOk);
     REQUIRE(checker.check_motions(from, to, first, search_first) == Status::kOk);
-    CHECK(search.states <= search_first.states);
+    CHECK(search.state_count <= search_first.state_count);
     for (std::size_t m = 0; m < kMotions; m += 9) {
       MotionAnswer alone;
       double moment = -1;
@@ -205,7 +205,7 @@ TEST_CASE("a slide along a face ends, and a state keeps its answer as the end of
     search.resolution = resolution;
     REQUIRE(checker.check_motions(from, to, {&answer, 1}, search) == Status::kOk);
     CHECK(answer == MotionAnswer::kTooClose);
-    CHECK(search.states < 3000000);
+    CHECK(search.state_count < 3000000);
   }
   CollisionChecker with_margin;
   REQUIRE(with_margin.set_robot(slide.desc(), slide.body.desc()) == Status::kOk);
@@ -290,7 +290,7 @@ TEST_CASE("no point of a link moves farther against another link than the bound 
       leaves.push_back({l, axis_aligned_box(point, {0, 0, 0}), {}});
     }
     const bool fixed = random.chance(0.5);
-    MotionBound bound;
+    detail::MotionBound bound;
     REQUIRE(bound.set({body.parents, {}, leaves, {}}, body.desc(), {}) == Status::kOk);
     std::vector<double> from(body.variable_count), to(body.variable_count);
     for (double& x : from) x = random.uniform(-2, 2);
@@ -348,7 +348,7 @@ TEST_CASE("a pair that is not tested, and joints above both links, do not count"
   std::vector<Leaf> leaves = {{0, axis_aligned_box({0, 0, 0}, {0, 0, 0}), {}},
                               {1, axis_aligned_box({1, 0, 0}, {0, 0, 0}), {}}};
   const ArticulationDesc desc = {kTwoLinks, {}, leaves, {}};
-  MotionBound bound;
+  detail::MotionBound bound;
   const double zero[] = {0, 0}, first[] = {1, 0}, second[] = {0, 0.5};
   REQUIRE(bound.set(desc, body.desc(), {}) == Status::kOk);
   CHECK(bound.length(zero, first, false) == 0);
@@ -357,7 +357,7 @@ TEST_CASE("a pair that is not tested, and joints above both links, do not count"
   // What overflows is no length: a sum of infinities of both signs.
   JointedBody away = body;
   away.links[0].translation[0] = 2;
-  MotionBound far_bound;
+  detail::MotionBound far_bound;
   const double far[] = {1.7e308, 0};
   REQUIRE(far_bound.set(desc, away.desc(), {}) == Status::kOk);
   CHECK_FALSE(std::isfinite(far_bound.length(zero, far, true)));
@@ -371,7 +371,7 @@ TEST_CASE("a pair that is not tested, and joints above both links, do not count"
   leaves[0].link = 2;
   leaves[0].box.center[0] = 1;
   const double none[] = {0, 0, 0}, one_turn[] = {0, 0.5, 0}, both_turn[] = {0, 0.5, 0.25};
-  MotionBound forked;
+  detail::MotionBound forked;
   REQUIRE(forked.set({fork.parents, {}, leaves, {}}, fork.desc(), {}) == Status::kOk);
   CHECK(forked.length(none, one_turn, false) == doctest::Approx(0.5).epsilon(1e-3));
   CHECK(forked.length(none, both_turn, false) == doctest::Approx(0.75).epsilon(1e-3));

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <set>
 #include <vector>
 
@@ -264,7 +263,7 @@ TEST_CASE("no vertex of a robot's triangles moves farther than the bound says, a
     CAPTURE(seed);
     Random random(seed);
     TriangleRobot robot(random, 5, random.chance(0.5));
-    MotionBound bound;
+    detail::MotionBound bound;
     REQUIRE(bound.set(robot.desc(), robot.rig.body.desc(), {}) == Status::kOk);
     std::vector<double> from = random_states(random, robot.rig.body, 1), to = from;
     for (double& x : to) x += random.uniform(-0.5, 0.5);

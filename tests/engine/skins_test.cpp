@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
-#include <set>
 
 namespace cab::tests {
 namespace {
@@ -365,7 +364,7 @@ TEST_CASE("calls that need more than a skin's boxes refuse it by name") {
   KinematicsDesc kinematics;
   kinematics.link_parents = world.rig.parents;
   kinematics.links = places;
-  MotionBound bound;
+  detail::MotionBound bound;
   CHECK(bound.set(desc, kinematics, {}) == Status::kSkinNotTaken);
   CollisionChecker checker;
   REQUIRE(checker.set_robot(desc, kinematics) == Status::kOk);

@@ -462,7 +462,7 @@ TEST_CASE("calls that take a job take the world's: frames by tasks, candidates, 
   world.input(cubes.batch)->bounds = bounds;
   CandidateList list;
   CHECK(find_candidates(world.engine(), world.job(), list) == Status::kPairsOverflow);
-  CHECK(list.needed == 40 * 39 / 2);
+  CHECK(list.pairs_needed == 40 * 39 / 2);
 
   char words[200];
   world.clear_rules();

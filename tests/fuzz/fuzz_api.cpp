@@ -225,7 +225,8 @@ struct Session {
     FUZZ_CHECK(status == Status::kOk || status == Status::kOutOfMemory);
     EngineMemory memory;
     FUZZ_CHECK(engine_memory(engine, &memory) == Status::kOk);
-    FUZZ_CHECK(memory.articulations + memory.batches + memory.workers + memory.rows + memory.hits <= memory.total);
+    FUZZ_CHECK(memory.articulations + memory.batches + memory.workers + memory.broad_phase + memory.hits <=
+               memory.total);
   }
 
   // The memory that an input points to. It is exactly as large as the strides require.
@@ -498,7 +499,7 @@ struct Session {
       CandidateList list;
       list.pairs = spoiled(bytes, Span<InstancePair>(pairs));
       const Status found = find_candidates(engine, job, list);
-      FUZZ_CHECK(found != Status::kOk || (list.count == list.needed && list.count <= list.pairs.size));
+      FUZZ_CHECK(found != Status::kOk || (list.pair_count == list.pairs_needed && list.pair_count <= list.pairs.size));
     }
     job.hit_count = 77;
     const auto in_order = [](const Hit& a, const Hit& b) { return !oracle::link_less(a, b); };

@@ -93,7 +93,7 @@ void bind_stats(py::module_& module) {
       .add("articulations", &EngineMemory::articulations, "Bodies: joints, boxes, shapes.")
       .add("batches", &EngineMemory::batches, "Bounds of characters, and static bodies.")
       .add("workers", &EngineMemory::workers, "Boxes and lists of the threads.")
-      .add("rows", &EngineMemory::rows, "Rows and strips of characters, for finding neighbours.")
+      .add("broad_phase", &EngineMemory::broad_phase, "Bounds and strips of characters.")
       .add("hits", &EngineMemory::hits, "Hits, until they are written.")
       .add("queries", &EngineMemory::queries, "The index of characters, and what is kept per query.")
       .add("histories", &EngineMemory::histories, "The moments that are kept.")

@@ -66,8 +66,8 @@ py::list companion_files(const std::string& path) {
 // (body, names, poses, origins, seconds per frame, notes)
 py::tuple load_motion(const std::string& path, double metres_per_unit, bool guess_unit,
                       const std::optional<std::string>& motion_path, double motion_metres_per_unit,
-                      const std::optional<std::string>& animation, double frames_per_second, bool skin, bool surface,
-                      double stature, double thickness) {
+                      const std::optional<std::string>& animation, double frames_per_second, int body, double stature,
+                      double thickness) {
   files::MotionOptions options;
   options.metres_per_unit = metres_per_unit;
   options.guess_unit = guess_unit;
@@ -75,8 +75,7 @@ py::tuple load_motion(const std::string& path, double metres_per_unit, bool gues
   options.motion_metres_per_unit = motion_metres_per_unit;
   options.animation = text_of("animation", animation);
   options.frames_per_second = frames_per_second;
-  options.skin = skin;
-  options.surface = surface;
+  options.body = static_cast<files::MotionBody>(body);
   options.stature = stature;
   options.thickness = thickness;
   files::Motion motion;

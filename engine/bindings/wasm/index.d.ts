@@ -656,7 +656,7 @@ export interface EngineMemory {
   articulations: number;
   batches: number;
   workers: number;
-  rows: number;
+  broadPhase: number;
   hits: number;
   queries: number;
   histories: number;

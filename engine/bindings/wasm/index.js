@@ -1061,8 +1061,7 @@ export class World {
     const name = this.#structs.take(bytes.length);
     this.#structs.array('u8', name, bytes.length).set(bytes);
     if (this.#exports.cab_preset_set(at, name)) return;
-    const instead = policies === 'fast' ? "; set {sat: 'faces_6'}" : '';
-    throw new TypeError(`cab: there is no preset '${policies}'${instead}`);
+    throw new TypeError(`cab: there is no preset '${policies}'`);
   }
 
   #giveRoom(job, wantsContacts) {

@@ -214,8 +214,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // read. A caller then samples only instances that are in a pair, lists them in BatchInput::instances, and has the hits
 // of a frame of all. Uses the job's inputs, its rules between characters, layers and margin, and sets their in_contact,
 // if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no pair by that.
-// Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified and `needed` is
-// right.
+// Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified, and
+// pairs_needed is right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: those of run_frame, without kBadPoses, kMovedAtRest and kHitsOverflow; kBadBounds (also without bounds),
 // kBadOutput (pairs has a size and no data), kPairsOverflow.

@@ -317,10 +317,8 @@ enum {
   CAB_SAT_FACES6 = 1,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How many values each enumeration has. CAB_ORIENTED_REFIT_COUNT counts the refits that make oriented boxes: those
-// before CAB_REFIT_AABB_HULL.
+// How many values each enumeration has.
 #define CAB_REFIT_COUNT 6u
-#define CAB_ORIENTED_REFIT_COUNT ((uint32_t)CAB_REFIT_AABB_HULL)
 #define CAB_EXTENTS_COUNT 2u
 #define CAB_STRATEGY_COUNT 5u
 #define CAB_EXACT_COUNT 4u
@@ -882,7 +880,7 @@ typedef struct cab_EngineMemory {
   size_t articulations;  // topology, merge orders, boxes, shapes
   size_t batches;        // bounds and chains of hits of characters; static bodies
   size_t workers;        // boxes and lists of the threads
-  size_t rows;           // of the broad phase: bounds and strips of characters
+  size_t broad_phase;    // bounds and strips of characters
   size_t hits;           // the store, until they are written
   size_t queries;        // the index of instances, and what is kept per query
   size_t histories;      // the moments that are kept, and what workers need for them
@@ -1070,8 +1068,8 @@ typedef struct cab_InstancePair {
 // The candidates of cab_find_candidates.
 typedef struct cab_CandidateList {
   cab_InstancePairSpan pairs;  // receives the pairs, in order
-  size_t count;                // of pairs that were written
-  size_t needed;               // of all pairs
+  size_t pair_count;           // how many pairs were written
+  size_t pairs_needed;         // how many pairs there are, whether there is room for them or not
 } cab_CandidateList;
 
 // What changed between two lists of hits. Written by cab_diff_hits.
@@ -1616,8 +1614,8 @@ typedef struct cab_BoxLinesJob {
 
 // A version of cab.
 typedef struct cab_Version {
-  uint32_t major;    // raised by changes of the API to which programs must adapt
-  uint32_t minor;    // raised by every other change of the API
+  uint32_t major;    // raised by what programs must adapt to, such as a name that goes
+  uint32_t minor;    // raised by what is added
   uint32_t patch;    // raised by a release that leaves the API as it is
   const char* text;  // CAB_VERSION_STRING; lives as long as the program
 } cab_Version;
@@ -1824,7 +1822,7 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // has the hits of a frame of all. Uses the job's inputs, its rules between characters, layers and margin, and sets
 // their in_contact, if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no
 // pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
-// unspecified and `needed` is right.
+// unspecified, and pairs_needed is right.
 // Cost: strips and their search, about 200 ns per character; allocates nothing.
 // Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES, CAB_STATUS_MOVED_AT_REST and
 // CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no

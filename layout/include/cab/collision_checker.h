@@ -36,15 +36,19 @@ enum class MotionAnswer : std::uint8_t {
   kNotTested,  // a number is not finite, or it and the margin move links by more than 5e17
 };
 
-// How check_motions goes about it. resolution: a length in the robot's unit, above 0. Part of a motion in which no link
-// moves farther against another is not divided further.
+// How check_motions goes about it.
 struct MotionSearch {
-  double resolution = 1e-3;  // in the robot's unit
+  // A length in the robot's unit, above 0. Part of a motion in which no link moves farther against another is not
+  // divided further.
+  double resolution = 1e-3;
+
   // One number per motion: of kColliding and kTooClose the first moment, 0 to 1, at which links touch or, to the
   // resolution, may touch. Before it the motion is proven free. Not written of others. Empty (default): a motion is
   // done at any moment at which links touch.
   Span<double> first_moments;
-  std::uint64_t states = 0;  // output: how many tests of a state there were
+
+  // Output: how many tests of a state there were.
+  std::uint64_t state_count = 0;
 };
 
 // The two links of a state that are nearest to each other, or deepest in each other.
@@ -167,7 +171,7 @@ class CollisionChecker {
   struct Interval {
     std::size_t motion;
     double begin, end;        // moments
-    double length, rounding;  // MotionBound's of the whole motion
+    double length, rounding;  // detail::MotionBound's of the whole motion
   };
   // How many states of motions are tested at a time, how small, as a power of two, parts of a motion may become, and
   // how many may wait.
@@ -197,7 +201,7 @@ class CollisionChecker {
   std::unique_ptr<std::uint8_t[]> flags_;  // of a chunk
   std::size_t flag_count_ = 0;
 
-  MotionBound bound_;
+  detail::MotionBound bound_;
   Status has_bound_ = Status::kUnknownBatch;  // kOk: motions can be tested; else why not
   bool has_fixed_ = false;
 
@@ -482,8 +486,8 @@ inline void CollisionChecker::read_nearest(const double* states, const std::uint
     const float* const poses = poses_.get() + 7 * links * hit.instance_a;
     const double* const state = states + hit.instance_a * variables;
     std::fill_n(gradient, variables, 0.0);
-    add_gradient(kinematics_, state, poses, to.link_a, to.point_a, to.normal, -1, gradient);
-    if (to.fixed < 0) add_gradient(kinematics_, state, poses, to.link_b, to.point_b, to.normal, 1, gradient);
+    detail::add_gradient(kinematics_, state, poses, to.link_a, to.point_a, to.normal, -1, gradient);
+    if (to.fixed < 0) detail::add_gradient(kinematics_, state, poses, to.link_b, to.point_b, to.normal, 1, gradient);
   }
 }
 
@@ -597,7 +601,7 @@ inline Status CollisionChecker::begin_motions(Motions& motions) noexcept {
     }
   const Status status = test_states({motion_states_.get(), 2 * count * variables}, 2 * count, 0);
   if (status != Status::kOk) return status;
-  motions.search.states += 2 * count;
+  motions.search.state_count += 2 * count;
   for (std::uint32_t i = 0; i < count; ++i) {
     const std::size_t m = motions.begun + i;
     motions.answers[m] = MotionAnswer::kFree;
@@ -670,7 +674,7 @@ inline Status CollisionChecker::divide(Motions& motions) noexcept {
   };
   const auto test = [&](double by) {
     for (std::uint32_t i = 0; i < count; ++i) write_state(taken[i], motion_states_.get() + i * variables);
-    motions.search.states += count;
+    motions.search.state_count += count;
     return test_states({motion_states_.get(), count * variables}, count, by);
   };
   if (count == 0) return Status::kOk;
@@ -713,7 +717,7 @@ inline Status CollisionChecker::check_motions(Span<const double> from, Span<cons
   if (!intervals_) intervals_.reset(new (std::nothrow) Interval[kMostIntervals]);
   if (!motion_states_) motion_states_.reset(new (std::nothrow) double[kMotionStates * (variables + 1)]);
   if (!intervals_ || !motion_states_) return Status::kOutOfMemory;
-  search.states = 0;
+  search.state_count = 0;
   Motions motions = {from.data, to.data, answers, search};
   while (motions.size > 0 || motions.begun < answers.size) {
     const bool begins = motions.size < kMotionStates && motions.begun < answers.size;

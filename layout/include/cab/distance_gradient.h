@@ -1,5 +1,5 @@
 // The gradient of a distance to the variables of a robot: how fast a point of a link moves along a direction.
-// CollisionChecker::find_nearest writes it.
+// CollisionChecker::find_nearest writes it. No part of the API: it may change in any version.
 #pragma once
 
 #include <cab/kinematics.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
-namespace cab {
+namespace cab::detail {
 
 // Adds to `gradient` (variable_count numbers), for every variable, `factor` times the speed along `direction` (x y z,
 // of length 1) at which a point of a link moves with it. state: variable_count numbers. poses: 7 numbers per link, as
@@ -95,4 +95,4 @@ inline void add_gradient(const KinematicsDesc& kinematics, const double* state, 
   }
 }
 
-}  // namespace cab
+}  // namespace cab::detail

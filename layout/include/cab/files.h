@@ -15,6 +15,13 @@
 
 namespace cab::files {
 
+// What the bodies of a character are made of.
+enum class MotionBody : std::uint8_t {
+  kSkeleton,  // ellipsoids about the file's bones
+  kSkin,      // hulls about its meshes
+  kSurface,   // the triangles of these meshes, in leaves that follow them (rig::surface_from_skin)
+};
+
 // How a motion file becomes a character. Strings are borrowed for the call, and may be null where that is said.
 struct MotionOptions {
   // The length of one unit of the file, in metres. 0 (default): as the file says, or 1.
@@ -34,18 +41,15 @@ struct MotionOptions {
   // Of files that do not say it (AMC). 0 (default): 120.
   double frames_per_second = 0;
 
-  // Whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
-  bool skin = false;
-
-  // Whether bodies are the triangles of these meshes, in leaves that follow them (rig::surface_from_skin). Not together
-  // with `skin`. Default: they are not.
-  bool surface = false;
+  // What bodies are made of. Default: ellipsoids about bones.
+  MotionBody body = MotionBody::kSkeleton;
 
   // The person's height in metres, for thickness, and a factor of it. 0 (default): by the figure's own bones.
   double stature = 0;
   double thickness = 1;
 };
 
+// How a file becomes a robot. Strings are borrowed for the call.
 struct RobotOptions {
   // Names and folders of packages, for package:// paths: equally many. Others are looked for as docs/robots.md says.
   Span<const char* const> package_names;
@@ -61,12 +65,12 @@ struct RobotOptions {
   bool surface = false;
 };
 
-// A number of a joint state, with its limits: radians or metres.
+// A number of a joint state: radians or metres. The name lives as long as the robot.
 struct RobotVariable {
   const char* name = nullptr;
-  double lower = 0;
+  double lower = 0;  // its limits
   double upper = 0;
-  double rest = 0;
+  double rest = 0;  // its value at rest
 };
 
 // Why a pair of links needs no test. Of several reasons the first holds.
@@ -82,6 +86,7 @@ enum class DisabledReason : std::uint8_t {
 // The name of a reason in tables and files: "file", "welded" and so on.
 const char* to_string(DisabledReason reason) noexcept;
 
+// A pair of links that needs no test.
 struct DisabledPair {
   LinkPair links;  // a < b
   DisabledReason reason = DisabledReason::kFile;
@@ -105,9 +110,12 @@ class Companions {
   ~Companions();
 
   // Lists them, as Motion::load would read them, without reading the motion. Some of them may not be there.
+  // error() and is_machine() are as those of Motion.
   [[nodiscard]] bool load(const char* path) noexcept;
   const char* error() const noexcept;
   bool is_machine() const noexcept;
+
+  // Their paths; they live until the next load.
   Span<const char* const> paths() const noexcept;
 
  private:
@@ -151,7 +159,7 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
   ~Robot();
 
-  // As Motion::load.
+  // These three are as those of Motion.
   [[nodiscard]] bool load(const char* path, const RobotOptions& options) noexcept;
   const char* error() const noexcept;
   bool is_machine() const noexcept;

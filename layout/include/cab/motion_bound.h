@@ -1,5 +1,6 @@
 // MotionBound: how much nearer two links can come to each other, or a link to what stands still, while the joints of a
-// robot go in straight lines from one state to another. CollisionChecker::check_motions proves motions free with it.
+// robot go in straight lines from one state to another. CollisionChecker::check_motions proves motions free with it. No
+// part of the API: it may change in any version.
 //
 // A turn by an angle moves no point farther than the angle times its distance from the axis, and that is at most the
 // length of the chain from the joint's anchor to the point, whatever the other joints do. A joint above both links of a
@@ -15,7 +16,7 @@
 #include <memory>
 #include <new>
 
-namespace cab {
+namespace cab::detail {
 
 // A robot whose motions are bounded: set once, then length() for each motion. One call at a time.
 class MotionBound {
@@ -189,4 +190,4 @@ inline double MotionBound::length(const double* from, const double* to, bool fix
   return longest * (1 + 1e-9);
 }
 
-}  // namespace cab
+}  // namespace cab::detail

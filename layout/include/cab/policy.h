@@ -56,10 +56,8 @@ enum class Sat : std::uint8_t {
   kFaces6,  // the six face normals: less time per test, but more pairs pass
 };
 
-// How many values each enumeration has. kOrientedRefitCount counts the refits that make oriented boxes: those before
-// kAabbHull.
+// How many values each enumeration has.
 inline constexpr std::uint32_t kRefitCount = 6;
-inline constexpr std::uint32_t kOrientedRefitCount = static_cast<std::uint32_t>(Refit::kAabbHull);
 inline constexpr std::uint32_t kExtentsCount = 2;
 inline constexpr std::uint32_t kStrategyCount = 5;
 inline constexpr std::uint32_t kExactCount = 4;

@@ -19,7 +19,7 @@ enum class Status : std::int32_t {
 };
 
 // Returns a status in words. The string lives as long as the program.
-const char* to_string(Status status);
+const char* to_string(Status status) noexcept;
 
 // Owns an articulation's description and the arrays that it points to. It can be moved, not copied.
 class Bodies {
@@ -27,10 +27,10 @@ class Bodies {
   struct Storage;  // private to the library
 
   // Empty.
-  Bodies() = default;
+  Bodies() noexcept = default;
 
   // For the calls below. Takes the storage over.
-  explicit Bodies(Storage* storage) : storage_(storage) {}
+  explicit Bodies(Storage* storage) noexcept : storage_(storage) {}
 
   // Takes over what `other` holds, which is empty afterwards.
   Bodies(Bodies&& other) noexcept;
@@ -38,7 +38,7 @@ class Bodies {
   ~Bodies();
 
   // The description, for add_articulation. It points into this object. Empty before a call has made bodies.
-  ArticulationDesc desc() const;
+  ArticulationDesc desc() const noexcept;
 
  private:
   Storage* storage_ = nullptr;
@@ -78,6 +78,7 @@ struct SkeletonOptions {
 // links, in their order, so the poses of the skeleton are those of the articulation; some links have no leaf. A root
 // that is not the first joint hangs below the first. Links that meet at a joint are ignored pairs. The model is
 // right-handed; in a left-handed one, feet without toes point backwards. *bodies changes only with kOk.
-Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options, Bodies* bodies);
+[[nodiscard]] Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options,
+                                          Bodies* bodies) noexcept;
 
 }  // namespace cab::rig

@@ -517,7 +517,7 @@ struct EngineMemory {
   std::size_t articulations = 0;  // topology, merge orders, boxes, shapes
   std::size_t batches = 0;        // bounds and chains of hits of characters; static bodies
   std::size_t workers = 0;        // boxes and lists of the threads
-  std::size_t rows = 0;           // of the broad phase: bounds and strips of characters
+  std::size_t broad_phase = 0;    // bounds and strips of characters
   std::size_t hits = 0;           // the store, until they are written
   std::size_t queries = 0;        // the index of instances, and what is kept per query
   std::size_t histories = 0;      // the moments that are kept, and what workers need for them
@@ -695,9 +695,9 @@ struct InstancePair {
 
 // The candidates of find_candidates.
 struct CandidateList {
-  Span<InstancePair> pairs;  // receives the pairs, in order
-  std::size_t count = 0;     // of pairs that were written
-  std::size_t needed = 0;    // of all pairs
+  Span<InstancePair> pairs;      // receives the pairs, in order
+  std::size_t pair_count = 0;    // how many pairs were written
+  std::size_t pairs_needed = 0;  // how many pairs there are, whether there is room for them or not
 };
 
 // What changed between two lists of hits. Written by diff_hits.

@@ -25,8 +25,8 @@ namespace cab {
 
 // A version of cab.
 struct Version {
-  std::uint32_t major = 0;     // raised by changes of the API to which programs must adapt
-  std::uint32_t minor = 0;     // raised by every other change of the API
+  std::uint32_t major = 0;     // raised by what programs must adapt to, such as a name that goes
+  std::uint32_t minor = 0;     // raised by what is added
   std::uint32_t patch = 0;     // raised by a release that leaves the API as it is
   const char* text = nullptr;  // CAB_VERSION_STRING; lives as long as the program
 };

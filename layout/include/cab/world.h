@@ -152,12 +152,6 @@ class World {
   // The hits of the last run_queries(), in their order; none if it was not kOk. Valid until the next one.
   Span<const QueryHit> query_hits() const noexcept { return {query_hits_.data.get(), query_hits_.size}; }
 
-  // The same as run_queries(), with a short list of hits in the place of the full ones.
-  [[nodiscard]] Status run_queries_for_links(QueryJob& job) noexcept;
-
-  // The hits of the last run_queries_for_links(), in their order; none if it was not kOk. Valid until the next one.
-  Span<const QueryLink> query_links() const noexcept { return {query_links_.data.get(), query_links_.size}; }
-
  private:
   // An array that grows without exceptions. Beyond `size` its values are unspecified. T is trivially copyable.
   template <class T>
@@ -200,8 +194,6 @@ class World {
   BatchInput* first_from(BatchSlot slot) noexcept;
   bool computes_contacts() const noexcept { return wants_contacts_ || job_.report == Report::kDistances; }
   bool reserve_hits(std::size_t count) noexcept;
-  template <class Hit>
-  Status answer(QueryJob& job, Span<Hit> QueryJob::*list, Array<Hit>& hits) noexcept;
   template <class Add>
   Status add(BatchId* out, Add add) noexcept;
 
@@ -217,7 +209,6 @@ class World {
   Array<Hit> hits_;
   Array<Contact> contacts_;
   Array<QueryHit> query_hits_;
-  Array<QueryLink> query_links_;
 };
 
 inline World::World(const EngineDesc& desc) noexcept {
@@ -349,17 +340,14 @@ inline Status World::run() noexcept {
   return status;
 }
 
-// Answers queries, with the hits in one of the lists of a job: a member of the job and an array of the world.
-template <class Hit>
-Status World::answer(QueryJob& job, Span<Hit> QueryJob::*list, Array<Hit>& hits) noexcept {
+inline Status World::run_queries(QueryJob& job) noexcept {
   if (!engine_) return no_engine_;
-  hits.size = 0;
-  if (!hits.reserve(kFirstHits)) return Status::kOutOfMemory;
+  query_hits_.size = 0;
+  if (!query_hits_.reserve(kFirstHits)) return Status::kOutOfMemory;
   job.inputs = inputs_.span();
-  job.hits = {};
   job.links = {};
   const auto run = [&] {
-    job.*list = {hits.data.get(), hits.capacity};
+    job.hits = {query_hits_.data.get(), query_hits_.capacity};
     return cab::run_queries(*engine_, job);
   };
   Status status = run();
@@ -370,17 +358,11 @@ Status World::answer(QueryJob& job, Span<Hit> QueryJob::*list, Array<Hit>& hits)
     if (status == Status::kOk) status = run();
   }
   if (status == Status::kHitsOverflow) {
-    if (!hits.reserve(job.hits_needed + job.hits_needed / 4)) return Status::kOutOfMemory;
+    if (!query_hits_.reserve(job.hits_needed + job.hits_needed / 4)) return Status::kOutOfMemory;
     status = run();
   }
-  if (status == Status::kOk) hits.size = job.hit_count;
+  if (status == Status::kOk) query_hits_.size = job.hit_count;
   return status;
-}
-
-inline Status World::run_queries(QueryJob& job) noexcept { return answer(job, &QueryJob::hits, query_hits_); }
-
-inline Status World::run_queries_for_links(QueryJob& job) noexcept {
-  return answer(job, &QueryJob::links, query_links_);
 }
 
 }  // namespace cab

@@ -112,7 +112,7 @@ void print_layout(void) {
   MEMBER(cab_EngineMemory, articulations);
   MEMBER(cab_EngineMemory, batches);
   MEMBER(cab_EngineMemory, workers);
-  MEMBER(cab_EngineMemory, rows);
+  MEMBER(cab_EngineMemory, broad_phase);
   MEMBER(cab_EngineMemory, hits);
   MEMBER(cab_EngineMemory, queries);
   MEMBER(cab_EngineMemory, histories);
@@ -161,8 +161,8 @@ void print_layout(void) {
   MEMBER(cab_InstancePair, instance_b);
   TYPE(cab_CandidateList);
   MEMBER(cab_CandidateList, pairs);
-  MEMBER(cab_CandidateList, count);
-  MEMBER(cab_CandidateList, needed);
+  MEMBER(cab_CandidateList, pair_count);
+  MEMBER(cab_CandidateList, pairs_needed);
   TYPE(cab_HitChanges);
   MEMBER(cab_HitChanges, began);
   MEMBER(cab_HitChanges, ended);

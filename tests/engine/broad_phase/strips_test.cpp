@@ -70,7 +70,7 @@ TEST_CASE("bounds that a caller gives grow by the margins of their instances") {
     CandidateList list;
     const Status status = find_candidates(*engine, job, list);
     CHECK((status == Status::kOk || status == Status::kPairsOverflow));
-    return list.needed;
+    return list.pairs_needed;
   };
   CHECK(pairs_with(nullptr, nullptr) == 0);
   CHECK(pairs_with(&margins[0], &margins[1]) == 1);  // 1.05 together

@@ -114,8 +114,8 @@ TEST_CASE("a frame of the instances that are in a pair has the hits of a frame o
     const EnginePtr engine = make_engine_for(world, desc);
     Search search(*engine, world, 20000);
     REQUIRE(find_candidates(*engine, search.job, search.list) == Status::kOk);
-    CHECK(search.list.count == search.list.needed);
-    search.pairs.resize(search.list.count);
+    CHECK(search.list.pair_count == search.list.pairs_needed);
+    search.pairs.resize(search.list.pair_count);
 
     // In order, each once, the lower instance first, and in_contact says who is in a pair.
     std::vector<std::vector<std::uint8_t>> in_pair;
@@ -206,15 +206,15 @@ TEST_CASE("too little room for pairs is a status with the needed number") {
   const EnginePtr engine = make_engine_for(world);
   Search all(*engine, world, 20000);
   REQUIRE(find_candidates(*engine, all.job, all.list) == Status::kOk);
-  REQUIRE(all.list.count > 10);
-  for (const std::size_t room : {std::size_t{0}, std::size_t{1}, all.list.needed - 1}) {
+  REQUIRE(all.list.pair_count > 10);
+  for (const std::size_t room : {std::size_t{0}, std::size_t{1}, all.list.pairs_needed - 1}) {
     Search few(*engine, world, room);
     CHECK(find_candidates(*engine, few.job, few.list) == Status::kPairsOverflow);
-    CHECK(few.list.count == 0);
-    CHECK(few.list.needed == all.list.needed);
+    CHECK(few.list.pair_count == 0);
+    CHECK(few.list.pairs_needed == all.list.pairs_needed);
     CHECK(few.in_pair == all.in_pair);
   }
-  Search enough(*engine, world, all.list.needed);
+  Search enough(*engine, world, all.list.pairs_needed);
   CHECK(find_candidates(*engine, enough.job, enough.list) == Status::kOk);
 }
 

@@ -10,7 +10,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <limits>
 #include <list>
 
 namespace cab::tests {
@@ -547,10 +546,10 @@ TEST_CASE("candidates of static bodies are found by the bounds that the engine h
   std::vector<InstancePair> pairs(60 * 53);
   CandidateList list = {pairs};
   REQUIRE(find_candidates(*scene.engine, job, list) == Status::kOk);
-  CHECK(list.count < pairs.size());
+  CHECK(list.pair_count < pairs.size());
   for (const Hit& hit : expected.hits) {
     if (hit.batch_b.value != slot_of(scene.level).value) continue;
-    const bool found = std::any_of(pairs.data(), pairs.data() + list.count, [&hit](const InstancePair& pair) {
+    const bool found = std::any_of(pairs.data(), pairs.data() + list.pair_count, [&hit](const InstancePair& pair) {
       return pair.batch_a.value == hit.batch_a.value && pair.instance_a == hit.instance_a &&
              pair.batch_b.value == hit.batch_b.value && pair.instance_b == hit.instance_b;
     });

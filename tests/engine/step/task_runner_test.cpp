@@ -13,7 +13,6 @@
 #include <atomic>
 #include <fstream>
 #include <functional>
-#include <memory>
 #include <thread>
 
 #if defined(__x86_64__)
@@ -270,7 +269,7 @@ TEST_CASE("every other call whose tasks a scheduler skips answers a status too, 
         CandidateList list;
         list.pairs = pairs;
         const Status status = find_candidates(*engine, job, list);
-        CHECK(list.count == (status == Status::kOk ? hits.size() : 0));
+        CHECK(list.pair_count == (status == Status::kOk ? hits.size() : 0));
         return status;
       },
       [&] {

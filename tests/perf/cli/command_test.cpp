@@ -302,7 +302,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run"}, "FILE"},
       {{"run", file, "--fast"}, "--fast"},
       {{"run", file, "--preset", "slow"}, "--preset: 'slow' is not a preset; choose paper, balanced, tight"},
-      {{"run", file, "--preset", "fast"}, "balanced, tight, or set --sat faces_6"},
+      {{"run", file, "--preset", "fast"}, "choose paper, balanced, tight"},
       {{"crowd", "--scene", "uniform", "--preset", ""}, "--preset"},
       {{"run", file, "--offset", "1,2"}, "--offset: '1,2' is not X,Y,Z"},
       {{"run", file, "--offset", "1,2,3,4"}, "--offset"},

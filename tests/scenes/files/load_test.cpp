@@ -44,17 +44,14 @@ bool is_taken(const ArticulationDesc& desc) {
 
 }  // namespace
 
-TEST_CASE("a file's meshes become hulls, or a surface of their triangles, but not both") {
+TEST_CASE("a file's meshes become hulls, or a surface of their triangles") {
   const TemporaryFile file("boxes.glb", cab::tests::glb(cab::tests::two_boxes()));
   files::MotionOptions options;
   files::Motion motion;
-  options.skin = true;
+  options.body = files::MotionBody::kSkin;
   REQUIRE_MESSAGE(motion.load(file.path().c_str(), options), motion.error());
   CHECK(motion.desc().skin.vertices.empty());
-  options.surface = true;
-  CHECK_FALSE(motion.load(file.path().c_str(), options));
-  CHECK(std::string(motion.error()).find("not both") != std::string::npos);
-  options.skin = false;
+  options.body = files::MotionBody::kSurface;
   REQUIRE_MESSAGE(motion.load(file.path().c_str(), options), motion.error());
   CHECK_FALSE(motion.desc().skin.vertices.empty());
   for (const Leaf& leaf : motion.desc().leaves) CHECK_FALSE(leaf.triangles.empty());

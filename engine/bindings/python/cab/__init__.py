@@ -47,11 +47,6 @@ class BuildInfo(NamedTuple):
     tbb: bool
 
 
-def version() -> str:
-    """The version of the library."""
-    return _cab.version()
-
-
 def abi_version() -> int:
     """The version of the C API's structs and calls, `CAB_ABI_VERSION`. Data goes between equal ones alone."""
     return _cab.abi_version()
@@ -63,16 +58,11 @@ def build_info() -> BuildInfo:
 
 
 def isas() -> List[str]:
-    """The instruction sets that run here, the best one last. All give the same bits."""
+    """The instruction sets that run here. The best one, which "auto" takes, is last. All give the same bits."""
     return _cab.available_isas()
 
 
-def isa() -> str:
-    """The best instruction set that runs here: what "auto" takes."""
-    return _cab.available_isas()[-1]
-
-
-__version__ = version()
+__version__ = _cab.version()
 
 __all__ = [
     "ALLOWED_COLLISION",
@@ -129,7 +119,6 @@ __all__ = [
     "companion_files",
     "fit_box",
     "intervals_of",
-    "isa",
     "isas",
     "load_motion",
     "points",
@@ -138,5 +127,4 @@ __all__ = [
     "rays",
     "regions",
     "spheres",
-    "version",
 ]

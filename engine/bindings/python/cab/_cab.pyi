@@ -137,8 +137,7 @@ def load_motion(
     motion_metres_per_unit: float,
     animation: Optional[bytes],
     frames_per_second: float,
-    skin: bool,
-    surface: bool,
+    body: int,
     stature: float,
     thickness: float,
 ) -> Tuple[BodyData, List[str], npt.NDArray[np.float32], npt.NDArray[np.float64], float, List[str]]: ...
@@ -253,7 +252,7 @@ class Memory:
     @property
     def workers(self) -> int: ...
     @property
-    def rows(self) -> int: ...
+    def broad_phase(self) -> int: ...
     @property
     def hits(self) -> int: ...
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 from typing import (
-    TYPE_CHECKING, Any, Dict, List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload,
+    TYPE_CHECKING, Any, Dict, List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, get_args, overload,
 )
 
 import numpy as np
@@ -14,6 +14,7 @@ from . import _cab
 from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array
 from ._body import Body
 from ._errors import UnsupportedError
+from ._options import MotionBody
 from ._status import Status
 from ._table import LinkNames, Table, table_of
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from ._checker import CollisionChecker
 
 PathLike = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
+
+_BODIES = get_args(MotionBody)
 
 MAX_FILE_BYTES: int = _cab.max_file_bytes
 
@@ -63,8 +66,7 @@ def load_motion(
     motion_units: float = 0,
     animation: Union[str, int, None] = None,
     fps: float = 0,
-    skin: bool = False,
-    surface: bool = False,
+    body: MotionBody = "skeleton",
     stature: float = 0,
     thickness: float = 1,
 ) -> Motion:
@@ -75,8 +77,8 @@ def load_motion(
     motion       another file that has the motion, whose nodes are matched by name; motion_units is its unit.
     animation    name of the animation, or its number from 0 on. Default: the first.
     fps          of files that do not say it (AMC). Default: 120.
-    skin         whether bodies are hulls about the file's meshes. Default: ellipsoids about its bones.
-    surface      whether bodies are the triangles of these meshes, which follow them as they bend (exact="surface").
+    body         what it is made of: "skeleton" (default), ellipsoids about the file's bones; "skin", hulls about its
+                 meshes; or "surface", the triangles of these meshes, which follow them as they bend (exact="surface").
     stature      the person's height in metres, for thickness. Default: by the figure's own bones.
     thickness    a factor of all thicknesses.
 
@@ -85,13 +87,12 @@ def load_motion(
     _need_files()
     if units is not None and units != "auto" and (isinstance(units, str) or units == 0):
         raise ValueError(f"units is a length in metres or 'auto', not {units!r}")
-    if skin and surface:
-        raise ValueError("skin=True makes hulls about the meshes and surface=True their triangles; choose one of them")
+    if body not in _BODIES:
+        raise ValueError(f"body: {body!r} is none of {', '.join(_BODIES)}")
     data, names, poses, origins, seconds, notes = _cab.load_motion(
         os.fsencode(path), 0.0 if units is None or units == "auto" else float(units), units == "auto",
         _bytes_or_none(motion), motion_units,
-        None if animation is None else os.fsencode(str(animation)), fps, skin, surface, stature,
-        thickness,
+        None if animation is None else os.fsencode(str(animation)), fps, _BODIES.index(body), stature, thickness,
     )
     return Motion(Body(data, names), poses, origins, 1 / seconds if seconds > 0 else 0.0, tuple(notes))
 

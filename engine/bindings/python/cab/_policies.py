@@ -55,8 +55,7 @@ class Policies:
             if preset == name:
                 chosen: Dict[str, Any] = dict(zip(fields, values))
                 return cls(**chosen)
-        instead = "; set sat='faces_6'" if name == "fast" else ""
-        raise ValueError(f"preset: {name!r} is none of {', '.join(presets())}{instead}")
+        raise ValueError(f"preset: {name!r} is none of {', '.join(presets())}")
 
     def _names(self) -> List[str]:
         return [getattr(self, name) for name in _FIELD_NAMES]

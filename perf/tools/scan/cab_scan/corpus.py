@@ -42,7 +42,7 @@ class Entry(NamedTuple):
     @property
     def has_surface(self) -> bool:
         """Whether one of its characters is the triangles of meshes."""
-        return any(source.options.surface for source in (self.source, self.other) if source)
+        return any(source.options.body == "surface" for source in (self.source, self.other) if source)
 
 
 class Found(NamedTuple):
@@ -155,30 +155,27 @@ def _unit(text: str) -> Union[float, str]:
     return text if text == "auto" else _number(text)
 
 
-def _yes(text: str) -> bool:
-    if text.lower() not in ("1", "0", "yes", "no"):
-        raise ValueError(f"yes or no is wanted, and {_quoted(text)} is given")
-    return text.lower() in ("1", "yes")
+def _body(text: str) -> str:
+    if text not in ("skeleton", "skin", "surface"):
+        raise ValueError(f"skeleton, skin or surface is wanted, and {_quoted(text)} is given")
+    return text
 
 
 READERS: Dict[str, Callable[[str], object]] = {
-    "units": _unit, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "skin": _yes,
-    "surface": _yes, "stature": _number, "thickness": _number,
+    "units": _unit, "motion": str, "motion_units": _number, "animation": str, "fps": _number, "body": _body,
+    "stature": _number, "thickness": _number,
 }
 
 
 def with_options(options: FileOptions, values: Dict[str, str], folder: str) -> FileOptions:
     """Options changed by texts. Empty ones change nothing. A path in `motion` starts at the folder.
 
-    ValueError for a text that is wrong, and for options that exclude each other.
+    ValueError for a text that is wrong.
     """
     read = {name: READERS[name](text) for name, text in values.items() if name in READERS and text}
     if "motion" in read:
         read["motion"] = os.path.join(folder, str(read["motion"]))
-    made = dataclasses.replace(options, **read)
-    if made.skin and made.surface:
-        raise ValueError("skin makes hulls about the meshes and surface their triangles; choose one of them")
-    return made
+    return dataclasses.replace(options, **read)
 
 
 class _Line(NamedTuple):

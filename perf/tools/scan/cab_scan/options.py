@@ -129,8 +129,7 @@ def _add_clips(parser: argparse.ArgumentParser) -> None:
         ("motion_units", "METRES", "its length unit"),
         ("animation", "NAME", "the animation, by name or number (default the first)"),
         ("fps", "N", "frames per second of files that do not say it (default 120)"),
-        ("skin", "yes|no", "bodies are hulls about meshes (default no)"),
-        ("surface", "yes|no", "bodies are the triangles of meshes; exact=surface is the default then (default no)"),
+        ("body", "KIND", "skeleton (default); skin: hulls about meshes; surface: their triangles, by exact=surface"),
         ("stature", "METRES", "the person's height (default by the bones)"),
         ("thickness", "FACTOR", "factor of all thicknesses (default 1)"),
     ):
@@ -225,7 +224,7 @@ def parse(words: Optional[Sequence[str]], version: str) -> argparse.Namespace:
 def _check_together(options: argparse.Namespace) -> None:
     """Raises ValueError for options that no file could be tested with."""
     given = {name: getattr(options, name, None) or "" for name in READERS}
-    has_surface = with_options(FileOptions(), given, "").surface
+    has_surface = with_options(FileOptions(), given, "").body == "surface"
     min_depth = getattr(options, "min_depth", 0)
     for words in policy_words(options):
         try:
@@ -233,7 +232,7 @@ def _check_together(options: argparse.Namespace) -> None:
         except ValueError as error:
             raise ValueError(f"--policies: {error}") from error
         if has_surface and exact not in ("surface", "none"):
-            raise ValueError(f"--surface yes is tested with exact=surface or none, not exact={exact}")
+            raise ValueError(f"--body surface is tested with exact=surface or none, not exact={exact}")
         if min_depth and exact in ("surface", "none"):
             raise ValueError(f"--min-depth wants depths, and exact={exact} has none")
 

@@ -90,8 +90,7 @@ def load_file(path: str, options: FileOptions) -> Sequence:
         motion_units=options.motion_units,
         animation=options.animation or None,
         fps=options.fps,
-        skin=options.skin,
-        surface=options.surface,
+        body=options.body,
         stature=options.stature,
         thickness=options.thickness,
     )

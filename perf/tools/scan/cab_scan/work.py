@@ -1,7 +1,7 @@
 """What goes to workers and what comes back: plain data."""
 
 import dataclasses
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple, Union
 
 from .printable import table_text
 
@@ -27,8 +27,7 @@ class FileOptions:
     motion_units: float = 0.0
     animation: str = ""
     fps: float = 0.0
-    skin: bool = False
-    surface: bool = False
+    body: Literal["skeleton", "skin", "surface"] = "skeleton"
     stature: float = 0.0
     thickness: float = 1.0
 

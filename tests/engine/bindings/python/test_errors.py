@@ -197,7 +197,7 @@ def test_names_of_policies():
         world.run(poses, policies=name)
     with pytest.raises(ValueError, match="'slow' is none of paper, balanced, tight$"):
         world.run(poses, policies="slow")
-    with pytest.raises(ValueError, match="'fast' is none of .*; set sat='faces_6'$"):
+    with pytest.raises(ValueError, match="'fast' is none of .*tight$"):
         world.run(poses, policies="fast")
     with pytest.raises(TypeError, match="int is given"):
         world.run(poses, policies=3)
@@ -250,7 +250,7 @@ def test_a_numpy_that_the_build_does_not_know_is_an_import_error():
 def test_build_and_version():
     header = (ROOT / "layout/include/cab/version.h").read_text()
     numbers = re.findall(r"^#define CAB_VERSION_(?:MAJOR|MINOR|PATCH) (\d+)$", header, re.M)
-    assert cab.__version__ == cab.version() and cab.version().startswith(".".join(numbers))
+    assert cab.__version__.startswith(".".join(numbers))
     assert isinstance(cab.build_info().fcl, bool)
-    assert cab.isa() in cab.isas() and "scalar" in cab.isas()
+    assert "scalar" in cab.isas() and cab.World().isa == cab.isas()[-1]
     assert _cab.__doc__

@@ -209,7 +209,7 @@ def write_tube(path, frames=5):
 
 def test_a_file_becomes_a_surface_that_moves(tmp_path):
     path = write_tube(tmp_path / "tube.gltf")
-    body, poses, *rest = cab.load_motion(path, surface=True)
+    body, poses, *rest = cab.load_motion(path, body="surface")
     assert body.is_surface and sum(map(len, body.triangles)) == len(tube_skin()["triangles"])
     assert poses.shape[1:] == (2, 7) and len(poses) > 3
     two = cab.Clip()
@@ -217,9 +217,9 @@ def test_a_file_becomes_a_surface_that_moves(tmp_path):
     two.add(body, poses, origins=np.tile([0.3, 0.1, 0.1], (len(poses), 1)))
     hits = two.hits(within=False)
     assert len(hits) > 0 and np.isnan(hits["depth"]).all()
-    assert not cab.load_motion(path, skin=True).body.is_surface
-    with pytest.raises(ValueError, match="skin=True makes hulls .* surface=True their triangles; choose one"):
-        cab.load_motion(path, skin=True, surface=True)
+    assert not cab.load_motion(path, body="skin").body.is_surface
+    with pytest.raises(ValueError, match="body: 'mesh' is none of skeleton, skin, surface"):
+        cab.load_motion(path, body="mesh")
 
 
 def test_rays_say_where_on_which_triangle_they_hit(rng):

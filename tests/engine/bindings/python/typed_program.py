@@ -67,7 +67,7 @@ def states(robot: cab.Robot) -> int:
     return int(free.sum()) + int(colliding.sum()) + len(hits) + len(robot.allowed_collisions(100))
 
 
-def what_there_is() -> Tuple[str, List[str], bool]:
+def what_there_is() -> Tuple[List[str], bool]:
     fields: List[cab.PolicyField] = cab.policy_table()
     assert fields and cab.presets()
-    return cab.isa(), cab.isas(), cab.build_info().fcl
+    return cab.isas(), cab.build_info().fcl

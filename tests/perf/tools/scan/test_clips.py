@@ -333,32 +333,28 @@ def write_tetrahedra(path):
 
 def test_surfaces_are_tested_by_their_triangles_unless_told_otherwise(scan, quick):
     write_tetrahedra(scan.folder / "three.gltf")
-    body, poses, *_ = cab.load_motion(str(scan.folder / "three.gltf"), surface=True)
+    body, poses, *_ = cab.load_motion(str(scan.folder / "three.gltf"), body="surface")
     with cab.Clip(body, poses) as clip:
         hits, by_boxes = len(clip.hits()), len(clip.hits(exact="none"))
     assert 0 < hits < by_boxes
     for words, exact, expected in (((), "surface", hits), (("--policies", "exact=none"), "none", by_boxes)):
         table = f"{exact}.sqlite"
-        assert quick("self", "three.gltf", "--surface", "yes", "--hops", 0, "--table", table, *words).code == 0
+        assert quick("self", "three.gltf", "--body", "surface", "--hops", 0, "--table", table, *words).code == 0
         (row,) = scan.rows(table=table)
         assert f"exact={exact}" in row["policies"].split()
         assert (row["hits"], row["depth"], row["error"]) == (expected, None, None)
-    words = ("three.gltf", "--surface", "yes", "--skin", "yes", "--table", "both.sqlite")
-    with pytest.raises(SystemExit) as end:
-        quick("self", *words)
-    assert end.value.code == 2 and not (scan.folder / "both.sqlite").exists()
 
 
 def test_each_file_of_a_list_or_folder_has_the_exact_test_of_its_bodies(scan, quick):
     write_corpus(scan.folder / "corpus", 2)
     write_tetrahedra(scan.folder / "corpus/three.gltf")
-    assert quick("self", "corpus/three.gltf", "--surface", "yes", "--hops", 0, "--table", "alone.sqlite").code == 0
+    assert quick("self", "corpus/three.gltf", "--body", "surface", "--hops", 0, "--table", "alone.sqlite").code == 0
     (alone,) = scan.rows(table="alone.sqlite")
     assert alone["hits"] > 0
     (scan.folder / "list.csv").write_text(
-        "path,surface\ncorpus/three.gltf,yes\ncorpus/right/clip0000.bvh,\ncorpus/left/clip0001.bvh,no\n"
+        "path,body\ncorpus/three.gltf,surface\ncorpus/right/clip0000.bvh,\ncorpus/left/clip0001.bvh,skeleton\n"
     )
-    (scan.folder / "corpus/cab-scan.csv").write_text("path,surface\n*.gltf,yes\n")
+    (scan.folder / "corpus/cab-scan.csv").write_text("path,body\n*.gltf,surface\n")
     for table, words in (("list.sqlite", ["--list", "list.csv"]), ("folder.sqlite", ["corpus"])):
         outcome = quick("self", *words, "--hops", 0, "--table", table)
         assert outcome.code == 0 and "did not name" not in outcome.error
@@ -366,6 +362,3 @@ def test_each_file_of_a_list_or_folder_has_the_exact_test_of_its_bodies(scan, qu
         assert tuple(surface)[1:-3] == tuple(alone)[1:-3] and "exact=surface" in surface["policies"].split()
         for row in (left, right):
             assert "exact=convex" in row["policies"].split() and row["depth"] > 0
-    (scan.folder / "both.csv").write_text("path,surface,skin\ncorpus/three.gltf,yes,yes\n")
-    both = quick("self", "--list", "both.csv", "--table", "both.sqlite")
-    assert both.code == 1 and "both.csv: line 2: skin makes hulls" in both.error

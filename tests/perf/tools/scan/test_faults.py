@@ -235,7 +235,7 @@ def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
     for package in (cab, cab_scan):
         shutil.copytree(pathlib.Path(package.__file__).parent, other / package.__name__)
     init = other / "cab/__init__.py"
-    init.write_text(init.read_text().replace("__version__ = version()", '__version__ = "0.9.9"'))
+    init.write_text(init.read_text().replace("__version__ = _cab.version()", '__version__ = "0.9.9"'))
     cluster = Cluster(scan.folder)
     try:
         for path, code, told in (

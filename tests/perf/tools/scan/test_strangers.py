@@ -577,9 +577,9 @@ def test_options_of_other_users_are_left_out(tmp_path):
 
 
 _OPTIONS = (
-    b"path,units,motion,motion_units,animation,fps,skin,stature,thickness\r\n*,auto,,,,,,,\r\n"
-    b'left/*3.bvh,0.5,left/clip0001.bvh,1,walk,60,yes,1.8,1.1\r\n'
-    b'"right/[a-c],*",1,,,"a ""b""",,no,,\r\n*2.bvh,2,,,,,,,\r\n'
+    b"path,units,motion,motion_units,animation,fps,body,stature,thickness\r\n*,auto,,,,,,,\r\n"
+    b'left/*3.bvh,0.5,left/clip0001.bvh,1,walk,60,skin,1.8,1.1\r\n'
+    b'"right/[a-c],*",1,,,"a ""b""",,skeleton,,\r\n*2.bvh,2,,,,,,,\r\n'
 )
 _INSERTED = (
     b'"', b"\0", b"\r", b"\xff", b"\xed\xa0\x80", "\u2028".encode(), b"9" * 400, b"1e999", b"nan", b"[z-a]", b"../",
