@@ -21,9 +21,6 @@ namespace {
 // force.
 constexpr std::uint64_t kMostJudgedPairs = 300000;
 
-// Up to this many leaves the best orientations of all inner boxes are searched.
-constexpr std::size_t kMostSearchedLeaves = 32;
-
 // A run that takes longer than kLongSeconds is measured in at most kLongRounds rounds: noise averages out within it.
 constexpr double kLongSeconds = .1;
 constexpr std::size_t kLongRounds = 3;
@@ -235,15 +232,6 @@ SweepRun run_sweep(const SweepScene& scene, const SweepPlan& plan) {
                       return other.policies.strategy == *cell.same_work_as && is_same_work(other, cell);
                     })->rounds;
   mark_front(run.cells);
-
-  const std::vector<PosedFigure> figures = sample_figures(scene);
-  Policies covariance;
-  covariance.refit = Refit::kCovariance;
-  covariance.extents = Extents::kChildren;
-  run.covariance_area = inner_area(figures, covariance);
-  if (run.most_leaves <= kMostSearchedLeaves) run.least_area = inner_area_limit(figures);
-  for (SweepCell& cell : run.cells)
-    if (cell.policies.strategy == Strategy::kTree) cell.area = inner_area(figures, cell.policies);
   return run;
 }
 

@@ -26,7 +26,6 @@ struct SweepCell {
   std::uint64_t misses = 0;           // true hits that this cell did not find
   std::uint64_t false_positives = 0;  // leaf pairs whose boxes overlap and whose shapes are apart
   std::vector<FrameStats> rounds;     // times of all frames: per round, the fastest run of the cell's turn
-  double area = 0;                    // of inner boxes, if the strategy is the tree; 0: not measured
   bool on_front = false;              // no cell of its group that misses nothing is as fast with as few false positives
   // The first strategy of the table that does the same work, if it is another strategy: `auto` does the work of the
   // strategy that it chooses. Such a cell is not timed again and is on no front.
@@ -41,9 +40,7 @@ struct SweepRun {
   std::size_t most_leaves = 0;
   std::uint32_t frame_count = 0;
   std::uint64_t true_hits = 0;
-  std::string judge;           // the exact test that found the true hits, and on which pairs
-  double covariance_area = 0;  // of inner boxes, with Refit::kCovariance and extents of children
-  double least_area = 0;       // by the best orientations that were found; 0: not searched
+  std::string judge;  // the exact test that found the true hits, and on which pairs
   std::vector<SweepCell> cells;
 };
 

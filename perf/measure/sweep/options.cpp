@@ -60,9 +60,6 @@ Command add_sweep(CLI::App& app) {
            "numbers of threads, separated by commas (default 1); 0: every core", read_thread_counts);
   add_rounds(command, o.rounds,
              "rounds, in each of which every cell has one turn; times are their medians (default 7)");
-  command.add_flag(
-      "--lods", o.lods,
-      "crowds at coarser levels of detail too: times, and pairs of characters that are reported and apart");
   add_json(command, o.json_path, "write one row per cell as JSON");
   add_csv(command, o.csv_path, "write one row per cell as CSV");
   return {&command, [options] { return sweep_command(*options); }};

@@ -20,7 +20,6 @@ struct SweepOptions {
   std::vector<std::uint32_t> thread_counts = {1};  // 0: every core
   std::uint32_t character_count = 0;               // of each crowd; 0: the scene's default
   std::uint32_t rounds = 7;
-  bool lods = false;      // levels of detail of crowds, too
   std::string json_path;  // empty: no file
   std::string csv_path;   // empty: no file
 };

@@ -33,12 +33,6 @@ Spread phase_spread(const SweepRun& run, const SweepCell& cell, double FrameStat
   return spread_of(values);
 }
 
-// How many times larger an area is than another; no value if one of them is missing.
-std::optional<double> over(double area, double other) {
-  if (area <= 0 || other <= 0) return std::nullopt;
-  return area / other;
-}
-
 std::vector<const SweepCell*> fastest_first(const SweepRun& run) {
   std::vector<const SweepCell*> cells;
   for (const SweepCell& cell : run.cells) cells.push_back(&cell);
@@ -100,9 +94,6 @@ Json cell_json(const SweepRun& run, const SweepCell& cell) {
   json["true_hits"] = run.true_hits;
   json["false_positives"] = cell.false_positives;
   json["misses"] = cell.misses;
-  const auto add = [&json](const char* key, std::optional<double> value) { json[key] = value ? Json(*value) : Json(); };
-  add("area_over_covariance", over(cell.area, run.covariance_area));
-  add("area_over_limit", over(cell.area, run.least_area));
   json["hits_hash"] = hex(cell.hits_hash);
   Policies named;
   named.strategy = cell.same_work_as.value_or(named.strategy);
@@ -140,8 +131,7 @@ void print_sweep(const SweepRun& run) {
   for (const PolicyField& field : policy_table()) header.emplace_back(field.name);
   for (const char* name : {"isa", "threads", "us per frame", "least", "most"}) header.emplace_back(name);
   for (const Phase& phase : kPhases) header.emplace_back(phase.key);
-  for (const char* name :
-       {"box tests", "leaf pairs", "hits", "false", "misses", "area/covariance", "area/limit", "hash of hits"})
+  for (const char* name : {"box tests", "leaf pairs", "hits", "false", "misses", "hash of hits"})
     header.emplace_back(name);
   text.add_row(header);
   for (const SweepCell* cell : fastest_first(run)) {
@@ -156,10 +146,6 @@ void print_sweep(const SweepRun& run) {
     for (const std::uint64_t count :
          {cell->counts.box_tests, cell->counts.leaf_pairs, cell->hits, cell->false_positives, cell->misses})
       row.push_back(std::to_string(count));
-    for (const double other : {run.covariance_area, run.least_area}) {
-      const std::optional<double> ratio = over(cell->area, other);
-      row.push_back(ratio ? fixed(*ratio, 3) : "-");
-    }
     row.push_back(hex(cell->hits_hash));
     text.add_row(row);
   }

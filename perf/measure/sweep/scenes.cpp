@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
-#include <variant>
 
 #include "perf/base/statistics.h"
 #include "scenes/scene_list.h"
@@ -14,9 +13,6 @@ namespace {
 // The frames of a crowd: so few that one run takes milliseconds.
 constexpr std::uint32_t kCrowdFrames = 2;  // 1/30 s apart
 constexpr double kCrowdFramesPerSecond = 30;
-
-// The number of poses of a figure in which boxes are compared.
-constexpr std::uint32_t kSampledPoses = 24;
 
 SweepScene of_frames(std::string name, scenes::Scene scene, FrameRange frames) {
   SweepScene out;
@@ -64,38 +60,6 @@ SweepScene make_files_scene(const WorldOptions& options) {
   scenes::Scene scene = import_world(options);
   const FrameRange frames = {0, scene.frame_count};
   return of_frames("files", std::move(scene), frames);
-}
-
-std::vector<PosedFigure> sample_figures(const SweepScene& scene) {
-  std::vector<PosedFigure> figures;
-  const auto add = [&figures](const scenes::Character& character, std::size_t pose_count, std::size_t first,
-                              const std::vector<float>& poses, const std::vector<float>& orientations) {
-    PosedFigure posed;
-    posed.figure = character;
-    posed.figure.poses.clear();
-    posed.figure.origins.clear();
-    posed.figure.rest_frame.reset();
-    posed.pose_count = static_cast<std::uint32_t>(std::min<std::size_t>(kSampledPoses, pose_count));
-    const std::size_t floats = character.link_parents.size() * pose_floats(character.pose_format);
-    for (std::size_t p = 0; p < posed.pose_count; ++p) {
-      const std::size_t at = first + p * pose_count / posed.pose_count;
-      const auto pose = poses.begin() + static_cast<std::ptrdiff_t>(at * floats);
-      posed.figure.poses.insert(posed.figure.poses.end(), pose, pose + static_cast<std::ptrdiff_t>(floats));
-      if (orientations.empty()) continue;
-      const auto turn = orientations.begin() + static_cast<std::ptrdiff_t>(at * 4);
-      posed.orientations.insert(posed.orientations.end(), turn, turn + 4);
-    }
-    figures.push_back(std::move(posed));
-  };
-  if (scene.scene)
-    for (const scenes::Character& character : scene.scene->characters)
-      add(character, character.is_static ? 1 : scene.frames.count(), character.is_static ? 0 : scene.frames.first,
-          character.poses, {});
-  if (scene.crowd)
-    for (std::size_t g = 0; g < scene.crowd->groups.size(); ++g)
-      add(scene.crowd->groups[g].figure, scene.crowd->groups[g].count, 0, scene.posed[0][g].poses,
-          scene.posed[0][g].orientations);
-  return figures;
 }
 
 SweepWorld::SweepWorld(const SweepScene& scene, Isa isa, std::uint32_t thread_count) : scene_(scene) {

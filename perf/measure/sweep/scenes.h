@@ -11,7 +11,6 @@
 
 #include "perf/base/crowd_session.h"
 #include "perf/base/engine_session.h"
-#include "perf/measure/sweep/box_growth.h"
 #include "perf/tools/run/run_world.h"
 #include "scenes/crowd/crowd.h"
 #include "scenes/scene.h"
@@ -37,9 +36,6 @@ SweepScene make_sweep_scene(const std::string& name, std::uint32_t character_cou
 
 // The user's own files, as `cab run` takes them.
 SweepScene make_files_scene(const WorldOptions& options);
-
-// Some of the scene's poses of each of its figures.
-std::vector<PosedFigure> sample_figures(const SweepScene& scene);
 
 // Two links that touch. In a crowd, a group and an instance of it name a character. In other scenes the group is the
 // character, and the instance is 0.

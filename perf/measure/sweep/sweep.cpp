@@ -6,7 +6,6 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/measure/sweep/cells.h"
-#include "perf/measure/sweep/lods.h"
 #include "perf/measure/sweep/options.h"
 #include "perf/measure/sweep/output.h"
 #include "perf/measure/sweep/scenes.h"
@@ -49,8 +48,7 @@ int sweep_command(const SweepOptions& options) {
   std::cout
       << "Times are medians over rounds; each round keeps the fastest of several runs. Those of phases are summed over "
          "threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart; misses: true hits that are lost. "
-         "The judge is convex; where cells are by convex, fcl.\narea: of all inner boxes in some poses, relative to "
-         "that of refit covariance and to the least that turning each box finds.\n*: no other of the same isa, threads "
+         "The judge is convex; where cells are by convex, fcl.\n*: no other of the same isa, threads "
          "and exact is as fast with as few false positives.\n=: the same work as a cell with another strategy, whose "
          "times it has.\n\n";
   std::vector<SweepRun> runs;
@@ -58,10 +56,7 @@ int sweep_command(const SweepOptions& options) {
   const auto run = [&](const SweepScene& scene) {
     runs.push_back(run_sweep(scene, plan));
     print_sweep(runs.back());
-    if (!options.lods || !scene.crowd) return;
-    const std::vector<LodRow> rows = sweep_lods(scene, options.rounds);
-    print_lods(scene, rows);
-    for (const LodRow& row : rows) misses += row.misses;
+    for (const SweepCell& cell : runs.back().cells) misses += cell.misses;
   };
   if (!options.world.files.empty()) {
     const SweepScene scene = make_files_scene(options.world);
@@ -73,8 +68,6 @@ int sweep_command(const SweepOptions& options) {
   write_sweep_json(json, runs);
   write_sweep_csv(csv, runs);
 
-  for (const SweepRun& done : runs)
-    for (const SweepCell& cell : done.cells) misses += cell.misses;
   if (misses > 0) std::cerr << "cab sweep: " << misses << " true hits were missed\n";
   return misses > 0 ? 1 : 0;
 }

@@ -18,7 +18,6 @@
 #include "perf/base/usage.h"
 #include "perf/tools/run/bodies_file.h"
 #include "perf/tools/run/import_summary.h"
-#include "perf/tools/run/obj.h"
 #include "perf/tools/run/options.h"
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
@@ -195,15 +194,12 @@ int inspect_command(const InspectOptions& options) {
   if (options.skin && (!options.bodies_path.empty() || !options.write_bodies_path.empty()))
     throw UsageError("--bodies and --write-bodies are about bodies of the skeleton, not of --body skin or surface");
   if (options.motion_units > 0 && options.motion_path.empty()) throw UsageError(kUnitsNeedMotion);
-  if (options.names_frame && !options.writes_json && options.obj_path.empty())
-    throw UsageError("--frame: needs --json or --obj, which write a frame");
+  if (options.names_frame && !options.writes_json) throw UsageError("--frame: needs --json, which writes a frame");
   if (!options.writes_json && !options.box_options.empty())
     throw UsageError(options.box_options.front() + ": needs --json, which writes boxes of links");
   const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
-  check_outputs(
-      {{"--json", options.json_path}, {"--obj", options.obj_path}, {"--write-bodies", options.write_bodies_path}},
-      inputs);
-  OutputFile output(options.json_path), obj(options.obj_path), bodies_file(options.write_bodies_path);
+  check_outputs({{"--json", options.json_path}, {"--write-bodies", options.write_bodies_path}}, inputs);
+  OutputFile output(options.json_path), bodies_file(options.write_bodies_path);
   scenes::ImportOptions import;
   set_unit(options.metres_per_unit, import);
   import.offset = options.offset;
@@ -236,14 +232,12 @@ int inspect_command(const InspectOptions& options) {
     print_summary(options, skeleton, scene, report, bodies, pairs);
     if (!options.skin) print_bodies(skeleton, bodies, std::cout);
   }
-  if (!options.writes_json && !obj) return 0;
+  if (!options.writes_json) return 0;
 
   const scenes::Character& character = scene.characters.front();
   Vec3 origin = {};
   if (!character.origins.empty())
     for (std::size_t k = 0; k < 3; ++k) origin[k] = character.origins[std::size_t{frame} * 3 + k];
-  if (obj) write_obj(obj, skeleton, character, frame, origin);
-  if (!options.writes_json) return 0;
 
   EngineSession session(scene, {options.isa, 1, {frame, frame + 1}, false});
   const CharacterBoxes boxes = session.boxes(0, options.policies);

@@ -169,8 +169,8 @@ Command add_inspect(CLI::App& app) {
   CLI::App& command =
       *app.add_subcommand("inspect", "say what a file becomes: joints, bodies, what is masked, merged and guessed");
   add_path(command, "FILE", o.file, std::string("motion file") + kFormats)->required()->type_name("");
-  CLI::Option* frame = add_read(command, "--frame", "K|last", o.frame,
-                                "frame of --json and --obj, counted from 0 (default 0)", read_frame);
+  CLI::Option* frame =
+      add_read(command, "--frame", "K|last", o.frame, "frame of --json, counted from 0 (default 0)", read_frame);
   CLI::Option* json =
       add_path(command, "--json", o.json_path,
                "write the joints, links, leaf boxes, merges and inner boxes of a frame as JSON; without a file, or "
@@ -184,8 +184,6 @@ Command add_inspect(CLI::App& app) {
   add_motion(
       command, o.motion_path, [&o](double unit) { o.motion_units = unit; }, "");
   add_skin_options(command, o.animation, o.skin);
-  add_path(command, "--obj", o.obj_path, "write the mesh and the bodies of the frame, to look at")
-      ->type_name("OUT.obj");
   add_body_options(command, o.bodies);
   add_path(command, "--bodies", o.bodies_path, "changes of bodies")->type_name("FILE.json");
   add_path(command, "--write-bodies", o.write_bodies_path,

@@ -51,7 +51,6 @@ struct InspectOptions {
   double motion_units = 0;  // metres; 0: as of the file
   std::string animation;    // name or number; empty: the first
   std::optional<scenes::SkinOptions> skin;
-  std::string obj_path;  // empty: no file
   scenes::BodyOptions bodies;
   bool names_frame = false;              // whether `frame` is from the command line
   bool writes_json = false;              // the frame as JSON

@@ -131,11 +131,10 @@ TEST_CASE("help names every option, every policy value and every instruction set
                "--animation",    "--body",       "--kinds",       "--leaves-per-link",
                "--inflate",      "--links",      "--least-reach", "--motion",
                "--motion-units", "--quiet"}},
-      {"inspect",
-       {"--frame",       "K|last",      "--fps",    "--stature",     "--thickness",       "--bodies",  "--write-bodies",
-        "--json",        "--units",     "--offset", "--up",          "--no-sandbox",      "--refit",   "--isa",
-        "FILE",          "--animation", "--body",   "--kinds",       "--leaves-per-link", "--inflate", "--links",
-        "--least-reach", "--obj",       "--motion", "--motion-units"}},
+      {"inspect", {"--frame",           "K|last",    "--fps",   "--stature",     "--thickness", "--bodies",
+                   "--write-bodies",    "--json",    "--units", "--offset",      "--up",        "--no-sandbox",
+                   "--refit",           "--isa",     "FILE",    "--animation",   "--body",      "--kinds",
+                   "--leaves-per-link", "--inflate", "--links", "--least-reach", "--motion",    "--motion-units"}},
       {"view",
        {"--out", "--frame", "--page", "FILE", "Of motion files:", "--units", "--self", "Of a robot:", "--states",
         "--package"}},
@@ -337,10 +336,10 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--hits", file}, "is an input"},
       {{"run", file, "--hits", figures.folder / "x", "--json", figures.folder / "x"}, "same file"},
       {{"inspect"}, "FILE"},
-      {{"inspect", file, "--frame", "3"}, "--frame: needs --json or --obj"},
+      {{"inspect", file, "--frame", "3"}, "--frame: needs --json"},
       {{"inspect", file, "--frame", "5", "--json"}, "frames 0 to 4"},
       {{"inspect", file, "--refit", "best3"}, "--refit: needs --json"},
-      {{"inspect", file, "--isa", "scalar", "--obj", figures.folder / "x"}, "--isa: needs --json"},
+      {{"inspect", file, "--isa", "scalar"}, "--isa: needs --json"},
       {{"inspect", file, "--frame", "x"}, "--frame"},
       {{"inspect", file, "--json", file}, "is an input"},
       {{"inspect", file, "--strategy", "tree"}, "--strategy"},
@@ -360,7 +359,6 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
-      {{"inspect", file, "--obj", file}, "is an input"},
       {{"inspect", file, "--motion", other, "--json", other}, "is an input"},
       {{"inspect", file, "--motion", ""}, "--motion: '' names no file"},
       {{"inspect", file, "--motion-units", ".01"}, "--motion-units: needs --motion"},
@@ -1151,10 +1149,10 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
 
 TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what became of it") {
   const TemporaryFolder folder;
-  const std::string file = folder / "boxes.glb", obj = folder / "boxes.obj", hits = folder / "hits.csv";
+  const std::string file = folder / "boxes.glb", hits = folder / "hits.csv";
   write_text(file, glb(two_boxes()));
   const Words surface = {"--body", "surface", "--animation", "out"};
-  const Outcome outcome = run_cab(Words{"inspect", file, "--frame", "last", "--json", "--obj", obj} + surface);
+  const Outcome outcome = run_cab(Words{"inspect", file, "--frame", "last", "--json"} + surface);
   CAPTURE(outcome.error);
   REQUIRE(outcome.exit_code == 0);
   const Json json = Json::parse(outcome.out);
@@ -1172,9 +1170,6 @@ TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what
   CHECK(json["leaves"][1]["triangle_count"] == 12);
   // The arm's box alone, half as large in the frame of its joint, which is scaled by 2.
   CHECK(json["leaves"][1]["box_in_link"]["center_metres"][2].get<double>() == doctest::Approx(3).epsilon(1e-5));
-  const std::vector<std::string> lines = lines_of(read_text(obj));
-  CHECK(std::count_if(lines.begin(), lines.end(), [](const std::string& line) { return line.substr(0, 2) == "o "; }) ==
-        1);
   CHECK(outcome.error.find("28 triangles in 2 leaves of 2 links") != std::string::npos);
 
   const auto count_hits = [&](const char* x, const Words& exact) {
@@ -1191,27 +1186,21 @@ TEST_CASE("a surface touches as its triangles or boxes do, and inspect says what
   CHECK(count_hits("0.5,0,0", {}) <= count_hits("0.5,0,0", {"--exact", "none"}));
 }
 
-TEST_CASE("inspect writes the coverage of a skin, and an OBJ file of the mesh and one object per leaf") {
+TEST_CASE("inspect writes the coverage of a skin") {
   const char* data = std::getenv("CAB_DATA_DIR");
   if (data == nullptr) {
     MESSAGE("skipped: CAB_DATA_DIR is not set");
     return;
   }
   const TemporaryFolder folder;
-  const std::string obj = folder / "man.obj", json_path = folder / "man.json";
+  const std::string json_path = folder / "man.json";
   REQUIRE(run_cab({"inspect", std::string(data) + "/gltf/cesium_man.gltf", "--body", "skin", "--kinds", "hull,capsule",
-                   "--inflate", "--frame", "20", "--json", json_path, "--obj", obj})
+                   "--inflate", "--frame", "20", "--json", json_path})
               .exit_code == 0);
   const Json json = Json::parse(read_text(json_path));
   CHECK(json["coverage"]["share_inside"] == 1);
   CHECK(json["coverage"]["worst_protrusion_metres"] == 0);
   CHECK(json["coverage"]["bodies_cubic_metres"] > json["coverage"]["mesh_cubic_metres"]);
-  Words objects;
-  for (const std::string& line : lines_of(read_text(obj)))
-    if (line.substr(0, 2) == "o ") objects.push_back(line.substr(2));
-  REQUIRE(objects.size() == json["leaves"].size() + 1);
-  CHECK(objects[0] == "mesh");
-  for (std::size_t n = 1; n < objects.size(); ++n) CHECK(json["leaves"][n - 1]["link_name"] == objects[n]);
 }
 
 TEST_CASE("real dancers: the hit list is the same for every strategy, thread count and instruction set") {

@@ -63,7 +63,7 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"run", file, "--json", ""}, "--json: '' names no file"},
       {{"run", ""}, "FILE: '' names no file"},
       {{"inspect", ""}, "FILE: '' names no file"},
-      {{"inspect", file, "--obj", ""}, "--obj: '' names no file"},
+      {{"inspect", file, "--write-bodies", ""}, "--write-bodies: '' names no file"},
       {{"inspect", file, "--json", ""}, "--json: '' names no file"},
       {{"paper", "--csv", ""}, "--csv: '' names no file"},
       {{"verify", "--resume", ""}, "--resume: '' names no file"},

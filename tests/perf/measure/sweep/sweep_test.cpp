@@ -1,11 +1,7 @@
-// `cab sweep`: its table from outside, which cells are on the front, which are recommended, and how box growth is
-// measured.
-#include <cab/cab.h>
+// `cab sweep`: its table from outside, which cells are on the front, and which are recommended.
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cmath>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -14,9 +10,6 @@
 #include <vector>
 
 #include "perf/harness/world.h"
-#include "perf/judge/oracle/random.h"
-#include "perf/judge/oracle/rotation_limit.h"
-#include "perf/measure/sweep/box_growth.h"
 #include "perf/measure/sweep/cells.h"
 #include "perf/measure/sweep/output.h"
 #include "tests/perf/cli/made_motion.h"
@@ -63,14 +56,6 @@ std::vector<bool> fronts(std::vector<SweepCell> cells) {
   return out;
 }
 
-using oracle::OracleBox;
-
-OracleBox<double> rotated_box(oracle::Random& random, double x, double y, double z) {
-  OracleBox<double> box{{1, 2, 3}, {}, {x, y, z}};
-  random.rotation(box.axis);
-  return box;
-}
-
 }  // namespace
 
 TEST_CASE("cab sweep has a row for every value of every policy, the same columns in CSV, and misses nothing") {
@@ -87,7 +72,6 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
     rows += scene["cells"].size();
     CHECK(scene["true_hits"] > 0);
     std::map<std::string, std::set<std::string>> seen;
-    std::string oriented_hash;
     for (const Json& cell : scene["cells"]) {
       for (const PolicyField& field : policy_table()) seen[field.name].insert(cell[field.name].get<std::string>());
       CHECK(cell["misses"] == 0);
@@ -96,11 +80,6 @@ TEST_CASE("cab sweep has a row for every value of every policy, the same columns
       CHECK(cell["total_seconds_least"] > 0);
       CHECK(cell["total_seconds_least"] <= cell["total_seconds_median"]);
       CHECK(cell["total_seconds_median"] <= cell["total_seconds_most"]);
-      CHECK(cell["area_over_covariance"].is_null() == (cell["strategy"] != "tree"));
-      CHECK(cell["area_over_limit"].is_null() == (cell["strategy"] != "tree" || scene["leaves"] > 32));
-      if (!cell["area_over_limit"].is_null()) CHECK(cell["area_over_limit"] > .999);
-      if (cell["refit"] == "covariance" && cell["extents"] == "children" && cell["strategy"] == "tree")
-        CHECK(cell["area_over_covariance"] == 1);
       // One leaf per link: each pair that is found and does not touch is a false positive.
       if (scene["leaves"] == 8)
         CHECK(cell["false_positives"].get<int>() == cell["leaf_pairs"].get<int>() - cell["true_hits"].get<int>());
@@ -273,49 +252,6 @@ TEST_CASE("what is recommended is clearly faster, misses nothing, and has no mor
   CHECK(perf::count_missing({hit}, {hit, other}) == 0);
 }
 
-TEST_CASE("the rotation limit is a rotated box's own surface, and no orientation that is tried is below it") {
-  constexpr double kTolerance = 1e-3;  // the worst measured difference from known limits is below 1e-6
-  oracle::Random random(3);
-  for (int k = 0; k < 20; ++k) {
-    CAPTURE(k);
-    const double x = random.uniform(.1, 1), y = random.uniform(.1, 1), z = random.uniform(.01, 1);
-    const OracleBox<double> box = rotated_box(random, x, y, z);
-    CHECK(oracle::rotation_limit({box}) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
-    // Its eight octants, each with another order of axes. The search starts from these too.
-    std::vector<OracleBox<double>> octants;
-    for (unsigned c = 0; c < 8; ++c) {
-      OracleBox<double> octant = box;
-      const oracle::Vec3<double> center = .5 * (oracle::corner(box, c) + oracle::center_of(box));
-      oracle::store(center, octant.center);
-      for (double& half : octant.half) half /= 2;
-      octants.push_back(octant);
-    }
-    CHECK(oracle::rotation_limit(octants) == doctest::Approx(oracle::surface_of(box.half)).epsilon(1e-6));
-    std::vector<OracleBox<double>> any;
-    for (int b = 0; b < 5; ++b) {
-      any.push_back(rotated_box(random, x, y, z));
-      for (double& c : any.back().center) c = random.uniform(-1, 1);
-    }
-    const double limit = oracle::rotation_limit(any);
-    for (int t = 0; t < 3000; ++t) {
-      double axis[3][3];
-      random.rotation(axis);
-      OracleBox<double> about{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        double low = 1e9, high = -1e9;
-        for (const OracleBox<double>& b : any)
-          for (unsigned c = 0; c < 8; ++c) {
-            const double at = oracle::dot(oracle::to_vec3(axis[a]), oracle::corner(b, c));
-            low = std::min(low, at);
-            high = std::max(high, at);
-          }
-        about.half[a] = (high - low) / 2;
-      }
-      if (oracle::surface_of(about.half) < (1 - kTolerance) * limit) FAIL_CHECK("orientation ", t, " is better");
-    }
-  }
-}
-
 TEST_CASE(
     "a cell that does another's work under another name takes its name from the table's first and is on no front") {
   std::vector<SweepCell> cells(3, made_cell(1, 2, 0));
@@ -332,57 +268,6 @@ TEST_CASE(
   CHECK(cells[1].same_work_as == Strategy::kTree);
   for (const std::size_t own : {2u, 3u, 4u}) CHECK_FALSE(cells[own].same_work_as);
   CHECK(fronts(cells) == std::vector<bool>{false, false, true, true, true});
-}
-
-TEST_CASE("no policy's inner boxes are smaller than the limit, and the best are less than half above it") {
-  for (const std::string name : {"hand", "uniform-100"}) {
-    CAPTURE(name);
-    const auto figures = perf::sample_figures(perf::make_sweep_scene(name, 30));
-    const double limit = perf::inner_area_limit(figures);
-    CHECK(limit > 0);
-    double least = 1e300;
-    for (std::uint32_t refit = 0; refit < policy_table()[0].value_count; ++refit)
-      for (const Extents extents : {Extents::kChildren, Extents::kLeaves}) {
-        Policies policies;
-        policies.refit = static_cast<Refit>(refit);
-        policies.extents = extents;
-        const double area = perf::inner_area(figures, policies);
-        CHECK(area > limit);
-        least = std::min(least, area);
-      }
-    CHECK(least < 1.5 * limit);
-  }
-}
-
-TEST_CASE("cab sweep --lods has a row per level of detail, and none misses two characters that touch") {
-  const Outcome outcome = sweep({"--scene", "uniform-100", "--strategy", "auto", "--refit", "cab", "--extents",
-                                 "children", "--sat", "all_15", "--rounds", "1", "--lods"});
-  CHECK(outcome.exit_code == 0);
-  std::istringstream lines(outcome.out);
-  std::string line;
-  std::map<std::string, std::vector<std::uint64_t>> rows;  // candidates, hits, pairs, false pairs, misses
-  while (std::getline(lines, line) && line.rfind("Levels of detail of uniform-100", 0) != 0) {}
-  std::getline(lines, line);
-  while (std::getline(lines, line) && !line.empty()) {
-    std::istringstream words(line);
-    std::string kind, leaves;
-    double milliseconds, ratio;
-    words >> kind;
-    if (kind != "finest") words >> leaves;
-    words >> milliseconds >> ratio;
-    for (std::uint64_t count; words >> count;) rows[kind + leaves].push_back(count);
-  }
-  CHECK(rows.size() == 9);
-  for (const auto& row : rows) {
-    CAPTURE(row.first);
-    const std::vector<std::uint64_t>& counts = row.second;
-    REQUIRE(counts.size() == 5);
-    CHECK(counts[2] - counts[3] == rows["finest"][2] - rows["finest"][3]);  // pairs that touch
-    CHECK(counts[2] >= rows["finest"][2]);
-    CHECK(counts[4] == 0);
-  }
-  CHECK(rows["reach1"][3] > rows["reach8"][3]);
-  CHECK(rows["nodes1"][3] > rows["nodes8"][3]);
 }
 
 TEST_CASE("cab sweep says what was wrong and how to do it right") {
