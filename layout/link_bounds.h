@@ -2,7 +2,6 @@
 #pragma once
 
 #include "layout/articulation.h"
-#include "layout/tile.h"
 
 namespace cab {
 

@@ -10,7 +10,6 @@
 #include "layout/rounded_up.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
 

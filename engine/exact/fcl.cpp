@@ -15,7 +15,6 @@
 #include <cmath>
 #include <cstring>
 #include <exception>
-#include <limits>
 #include <vector>
 
 namespace cab {

@@ -18,7 +18,6 @@
 #include "engine/step/update.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace cab {
 namespace {

@@ -5,7 +5,6 @@
 
 #include "engine/step/candidate.h"
 #include "engine/step/frame_context.h"
-#include "layout/box_aos.h"
 #include "layout/pair_list.h"
 
 namespace cab {

@@ -4,8 +4,6 @@
 #include "engine/queries/history.h"
 #include "engine/session/engine.h"
 #include "kernels/search_ray.h"
-#include "layout/box_aos.h"
-#include "layout/tile.h"
 
 namespace cab {
 

@@ -7,7 +7,6 @@
 #include "kernels/posed_cluster.h"
 #include "kernels/search_round.h"
 #include "kernels/surface/ray_triangles.h"
-#include "layout/tile.h"
 
 #include <cab/query.h>
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "engine/exact/surface_ray.h"
-#include "layout/box_aos.h"
 
 namespace cab {
 

@@ -1,6 +1,5 @@
 // run_queries: the index of all instances, then the queries in chunks of as many as there is memory for.
 #include "engine/broad_phase/world_bounds.h"
-#include "engine/broad_phase/z_order.h"
 #include "engine/queries/past.h"
 #include "engine/queries/past_rays.h"
 #include "engine/queries/query_indexes.h"
@@ -8,7 +7,6 @@
 #include "engine/queries/surface_rays.h"
 #include "engine/queries/validate_queries.h"
 #include "engine/session/call.h"
-#include "engine/session/rest.h"
 #include "engine/session/validate.h"
 #include "engine/session/worker.h"
 #include "engine/step/profiled.h"

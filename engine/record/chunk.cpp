@@ -1,7 +1,6 @@
 #include "engine/record/chunk.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include <cab/record.h>
 

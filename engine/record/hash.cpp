@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "engine/record/words.h"
 #include "layout/bit_hash.h"
 
 namespace cab::record {

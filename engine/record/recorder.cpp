@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +24,6 @@
 #include "engine/record/file_bytes.h"
 #include "engine/record/rounded_poses.h"
 #include "engine/record/scan.h"
-#include "engine/record/words.h"
 #include "layout/pose_coding.h"
 
 namespace cab::record {

@@ -19,7 +19,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <new>
 
 namespace cab {
 namespace {

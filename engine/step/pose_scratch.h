@@ -4,7 +4,6 @@
 #include "kernels/grow_leaves.h"
 #include "kernels/pose_between.h"
 #include "layout/round_leaf.h"
-#include "layout/tile.h"
 
 #include <cab/span.h>
 

@@ -4,7 +4,6 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
-#include <utility>
 
 #include "perf/base/statistics.h"
 

@@ -4,7 +4,6 @@
 #include "scenes/vec3d.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>

@@ -3,7 +3,6 @@
 
 #include "scenes/crowd/crowd.h"
 
-#include <array>
 #include <cstdint>
 
 namespace cab::scenes {

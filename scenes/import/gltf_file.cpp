@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <string_view>
-#include <utility>
 
 namespace cab::scenes {
 namespace {

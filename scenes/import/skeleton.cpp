@@ -19,10 +19,8 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 namespace cab::scenes {

@@ -2,7 +2,6 @@
 #include "scenes/rig/skeleton_bodies.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 

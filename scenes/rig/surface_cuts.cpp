@@ -5,11 +5,8 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <memory>
 
 namespace cab::scenes {
 namespace {

@@ -5,8 +5,6 @@
 #include "perf/judge/oracle/convex_pairs.h"
 #include "tests/fuzz/bytes.h"
 
-#include <list>
-
 namespace {
 
 using namespace cab;

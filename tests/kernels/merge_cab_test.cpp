@@ -1,6 +1,5 @@
 // The CAB merge against its promises and against an independent merge in double.
 #include "kernels/refit_tree.h"
-#include "layout/error_bounds.h"
 #include "perf/judge/oracle/containment.h"
 #include "perf/judge/oracle/float_frame.h"
 #include "perf/judge/oracle/merge_regimes.h"

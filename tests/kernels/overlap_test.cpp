@@ -1,7 +1,6 @@
 // The overlap test against an exact judge: no overlapping pair is lost, and each axis separates its boxes.
 #include "kernels/descend_tiles.h"
 #include "kernels/gather_pairs.h"
-#include "layout/error_bounds.h"
 #include "perf/judge/oracle/overlap_exact.h"
 #include "perf/judge/oracle/touching_pairs.h"
 #include "tests/kernels/isas.h"

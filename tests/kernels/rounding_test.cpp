@@ -4,7 +4,6 @@
 #include "kernels/merge_covariance.h"
 #include "kernels/overlap_sat.h"
 #include "kernels/pose_leaves.h"
-#include "layout/link_bounds.h"
 #include "perf/judge/oracle/float_frame.h"
 #include "perf/judge/oracle/overlap_exact.h"
 #include "perf/judge/oracle/touching_pairs.h"

@@ -13,7 +13,6 @@
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace cab::tests {
 namespace {

@@ -1,10 +1,8 @@
 #include "engine/bindings/python/arrays.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
 
 namespace cab::python {
 namespace {

@@ -3,7 +3,6 @@
 #include "perf/judge/oracle/query_shapes.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 namespace cab::oracle {

@@ -2,7 +2,6 @@
 // regime and on the parents of two such pairs. By an exact judge, every parent must contain both children, or all
 // leaves below.
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "kernels/refit_tree.h"

@@ -1,6 +1,5 @@
 // Verifies motions of random robots by check_motions, with and without first moments. The judge in long double leaves a
 // motion open if it only comes within its slack of touching.
-#include <algorithm>
 #include <array>
 
 #include "perf/base/report.h"

@@ -1,7 +1,6 @@
 // Verifies boxes of skins: every vertex, where a linear blend in long double puts it, must be in the posed box of its
 // leaf. What touches what is not judged here.
 #include <algorithm>
-#include <array>
 #include <iterator>
 
 #include "layout/arena.h"

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <memory>
 #include <stdexcept>
-#include <string>
 #include <tuple>
 
 #include "kernels/descend_tiles.h"

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <memory>
 #include <stdexcept>
-#include <utility>
 
 #include "perf/base/report.h"
 #include "perf/measure/peers/robot_setup.h"

@@ -5,7 +5,6 @@
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

@@ -1,7 +1,5 @@
 #include "perf/tools/query/options.h"
 
-#include <cab/cab.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>

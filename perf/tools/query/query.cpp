@@ -2,7 +2,6 @@
 #include <cab/cab.h>
 
 #include <algorithm>
-#include <array>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "perf/base/mask_words.h"
-#include "perf/base/option_values.h"
 #include "perf/base/report.h"
 #include "perf/base/statistics.h"
 #include "perf/base/usage.h"
@@ -18,7 +16,6 @@
 #include "perf/tools/query/measure.h"
 #include "perf/tools/query/options.h"
 #include "perf/tools/query/targets.h"
-#include "scenes/import/printable.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
-#include <variant>
 #include <vector>
 
 #include "scenes/scene_list.h"

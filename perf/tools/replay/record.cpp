@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <iostream>
 #include <string>
-#include <variant>
 
 #include "perf/base/report.h"
 #include "perf/base/usage.h"

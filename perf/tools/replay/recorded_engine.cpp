@@ -1,7 +1,5 @@
 #include "perf/tools/replay/recorded_engine.h"
 
-#include <algorithm>
-#include <functional>
 #include <stdexcept>
 
 #include "perf/base/crowd_session.h"

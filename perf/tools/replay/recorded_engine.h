@@ -1,7 +1,6 @@
 // An engine whose frames are recorded as they run: what a host of cab::record does, for scenes and crowds.
 #pragma once
 
-#include <cab/cab.h>
 #include <cab/record.h>
 
 #include <cstdint>
@@ -10,7 +9,6 @@
 #include <vector>
 
 #include "perf/base/engine_session.h"
-#include "perf/harness/engine_ptr.h"
 #include "scenes/crowd/crowd.h"
 #include "scenes/scene.h"
 

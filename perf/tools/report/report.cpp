@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <iostream>
 #include <numeric>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 

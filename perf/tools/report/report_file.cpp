@@ -5,10 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <optional>
 #include <system_error>
 #include <unordered_map>
-#include <utility>
 
 #include "perf/tools/replay/hit_names.h"
 #include "perf/tools/report/surface_touches.h"

@@ -1,7 +1,6 @@
 #include "perf/tools/report/surface_touches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <tuple>
 
 #include "layout/pose_coding.h"

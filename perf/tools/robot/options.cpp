@@ -1,7 +1,5 @@
 #include "perf/tools/robot/options.h"
 
-#include <cab/cab.h>
-
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <limits>

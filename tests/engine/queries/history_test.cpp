@@ -15,8 +15,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <map>
-#include <string>
 
 namespace cab::tests {
 namespace {

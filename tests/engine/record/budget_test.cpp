@@ -1,7 +1,6 @@
 // Files that somebody made to do harm: small ones that would become large, and frames that name what is not there.
 #include "engine/record/budget.h"
 
-#include <functional>
 #include <limits>
 
 #include "engine/record/chunk.h"

@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <cstring>
 #include <string>
 
 #include "perf/judge/oracle/random.h"

@@ -2,7 +2,6 @@
 #include "tests/engine/record/recorded_world.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
 
 #include "engine/record/chunk.h"

@@ -3,7 +3,6 @@
 #include "perf/base/engine_session.h"
 #include "perf/tools/run/bodies_file.h"
 #include "scenes/import/import.h"
-#include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
 #include "scenes/robot/kinematics.h"
 #include "scenes/robot/robot.h"

@@ -2,7 +2,6 @@
 #include "scenes/import/in_child.h"
 
 #include "scenes/import/import_payload.h"
-#include "scenes/import/limits.h"
 #include "tests/scenes/import/made_gltf.h"
 #include "tests/scenes/temporary_file.h"
 

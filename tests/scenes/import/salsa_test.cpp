@@ -7,7 +7,6 @@
 #include <cab/cab.h>
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <set>
 #include <string>

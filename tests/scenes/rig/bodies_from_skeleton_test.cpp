@@ -5,7 +5,6 @@
 #include <cab/rig.h>
 #include <doctest/doctest.h>
 
-#include <cmath>
 #include <limits>
 #include <set>
 #include <utility>

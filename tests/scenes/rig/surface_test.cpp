@@ -17,7 +17,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
-#include <set>
 
 namespace {
 

@@ -1,7 +1,6 @@
 // `cab peers --robot`: what is counted beside the triangles of robots whose answers are known in closed form.
 #include <doctest/doctest.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>

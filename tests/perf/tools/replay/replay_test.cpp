@@ -3,7 +3,6 @@
 #include <cab/replay.h>
 #include <doctest/doctest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
