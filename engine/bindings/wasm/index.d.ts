@@ -7,9 +7,9 @@
  * indices count from 0. A member that is left out has the default of the C++ API.
  *
  * Arrays of a batch and lists of hits are views of the memory of the module. They are not copies, and they end:
- * the memory may grow in any call that adds something and in `runFrame` and `runQueries`, and then every view from
- * before has length 0. So ask for a view when you need it (`batch.poses()` costs next to nothing), and do not keep it
- * over such a call.
+ * the memory may grow in any call of the module, a world or a history, and where an array of a batch is asked for the
+ * first time, and then every view from before has length 0. So ask for a view when you need it (`batch.poses()` costs
+ * next to nothing), and do not keep it over such a call. With `load({checkViews: true})` a view that was kept throws.
  */
 
 /** Three numbers x y z. */
@@ -58,11 +58,21 @@ export interface LoadOptions {
   module?: WebAssembly.Module;
 }
 
+export interface CheckOptions {
+  /**
+   * For development: whether views throw an Error when they are read or written after a call in which the memory may
+   * grow, whether or not it did, after their batch is removed, or after their hits are replaced. Views are then proxies
+   * of typed arrays, many times slower: `ArrayBuffer.isView` is false of them, and WebGL takes no proxy. Default: they
+   * are typed arrays, and nothing is checked.
+   */
+  checkViews?: boolean;
+}
+
 /**
  * Loads the module: from beside this file unless told otherwise, by `fetch`, or in node by reading it. Each call makes
  * a module with a memory of its own, of up to 2 GB. `cab-collision/inline` has a `load` that needs no file.
  */
-export declare function load(options?: LoadOptions): Promise<Cab>;
+export declare function load(options?: LoadOptions & CheckOptions): Promise<Cab>;
 
 /** The instruction set of a world's kernels. All give the same bits. */
 export type Isa = 'auto' | 'scalar' | 'wasm128';

@@ -107,8 +107,7 @@ async function fetched(url) {
 }
 
 // The module that load() is told to take.
-function compiledOf({module, bytes, url, simd, ...rest}) {
-  for (const key of Object.keys(rest)) throw new TypeError(`cab: load takes no '${key}'`);
+function compiledOf({module, bytes, url, simd}) {
   const given = Object.entries({module, bytes, url, simd}).filter(([, value]) => value !== undefined);
   if (given.length > 1) throw new TypeError(`cab: load takes one of ${given.map(([name]) => name).join(' and ')}`);
   if (module) return module;
@@ -118,8 +117,9 @@ function compiledOf({module, bytes, url, simd, ...rest}) {
                                    : new URL('./cab_scalar.wasm', import.meta.url));
 }
 
-export async function load(options = {}) {
-  const compiled = await compiledOf(options);
+export async function load({module, bytes, url, simd, checkViews = false, ...rest} = {}) {
+  for (const key of Object.keys(rest)) throw new TypeError(`cab: load takes no '${key}'`);
+  const compiled = await compiledOf({module, bytes, url, simd});
   const ended = (code) => {
     throw new Error(`cab: the module has ended with ${code}`);
   };
@@ -136,7 +136,7 @@ export async function load(options = {}) {
   });
   memory = instance.exports.memory;
   instance.exports._initialize();
-  return new Cab(instance.exports);
+  return new Cab(instance.exports, checkViews);
 }
 
 // ----------------------------------------------------------------------------------------------------------- memory
@@ -161,9 +161,10 @@ class Structs {
   #more = [];  // blocks that one call needed besides
   #isLent = false;
 
-  constructor(exports) {
+  constructor(exports, checksViews) {
     this.exports = exports;
     this.memory = exports.memory;
+    this.checksViews = checksViews;
     this.#view = new DataView(this.memory.buffer);
   }
 
@@ -182,6 +183,7 @@ class Structs {
   allocate(bytes) {
     const at = bytes <= 0x7fffffff ? this.exports.malloc(Math.max(bytes, 1)) >>> 0 : 0;
     if (!at) throw this.error(enums.Status.values.out_of_memory);
+    this.#endViews();
     return at;
   }
 
@@ -213,7 +215,13 @@ class Structs {
         }
       }
       this.#used = 0;
+      this.#endViews();
     }
+  }
+
+  // Where views are checked, they end whenever the memory may have grown, and not only when it has.
+  #endViews() {
+    if (this.checksViews) this.memory.grow(0);
   }
 
   take(bytes) {
@@ -233,6 +241,12 @@ class Structs {
   }
 
   array(type, at, length) { return new NUMBERS[type].array(this.memory.buffer, at, length); }
+
+  // The same for the caller to keep. owner._alive() throws once its memory is no longer its own.
+  lend(what, type, at, length, owner) {
+    const array = this.array(type, at, length);
+    return this.checksViews ? checkedView(what, array, this.memory, owner) : array;
+  }
 
   // The address of a new struct with its defaults, and with the members that `values` has.
   make(name, values = {}) {
@@ -388,6 +402,44 @@ class Structs {
   }
 }
 
+// A typed array that throws once it has ended.
+function checkedView(what, array, memory, owner) {
+  const check = () => {
+    owner._alive();
+    if (array.buffer === memory.buffer) return;
+    throw new Error(`cab: a call has been made since this view, in which the memory may grow; get ${what} again`);
+  };
+  // What a method returns: the array itself, a part of it, or what lasts.
+  const checked = (result) => {
+    if (result === array) return view;
+    return result instanceof array.constructor && result.buffer === array.buffer
+        ? checkedView(what, result, memory, owner) : result;
+  };
+  const handler = {
+    get(_, key) {
+      check();
+      const value = Reflect.get(array, key);  // with the array as `this`, since getters take no proxy
+      if (typeof value !== 'function' || key === 'constructor') return value;
+      return (...values) => {
+        check();
+        return checked(value.apply(array, values));
+      };
+    },
+    set(_, key, value) {
+      check();
+      return Reflect.set(array, key, value);
+    },
+  };
+  for (const trap of ['has', 'ownKeys', 'getOwnPropertyDescriptor', 'defineProperty']) {
+    handler[trap] = (...values) => {
+      check();
+      return Reflect[trap](...values);
+    };
+  }
+  const view = new Proxy(array, handler);
+  return view;
+}
+
 const snake = (name) => name.replace(/(?<=[a-z0-9])(?=[A-Z])/g, '_').toLowerCase();
 
 // -------------------------------------------------------------------------------------------------------------- cab
@@ -395,10 +447,10 @@ const snake = (name) => name.replace(/(?<=[a-z0-9])(?=[A-Z])/g, '_').toLowerCase
 export class Cab {
   #structs;
 
-  constructor(exports) {
+  constructor(exports, checksViews) {
     this.exports = exports;
     this.memory = exports.memory;
-    this.#structs = new Structs(exports);
+    this.#structs = new Structs(exports, checksViews);
   }
 
   get instructionSets() {
@@ -467,10 +519,10 @@ export class Batch {
   }
 
   poses() {
-    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+    this._alive();
     if (!this.#poses) throw new TypeError('cab: static bodies have no poses');
-    return this.#structs.array('f32', this.#poses,
-                               FLOATS_OF_POSE[this.format] * this.size * this.articulation.linkCount);
+    const floats = FLOATS_OF_POSE[this.format] * this.size * this.articulation.linkCount;
+    return this.#structs.lend('poses()', 'f32', this.#poses, floats, this);
   }
 
   origins() { return this.#array('origins'); }
@@ -485,16 +537,16 @@ export class Batch {
 
   #array(name) {
     const {type, fill} = ARRAYS[name];
-    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+    this._alive();
     const isNew = !this.#arrays.has(name);
     if (isNew) this.#arrays.set(name, this.#structs.allocate(NUMBERS[type].bytes * fill.length * this.size));
-    const array = this.#structs.array(type, this.#arrays.get(name), fill.length * this.size);
+    const array = this.#structs.lend(`${name}()`, type, this.#arrays.get(name), fill.length * this.size, this);
     if (isNew) fillWith(array, fill);
     return array;
   }
 
   moment() {
-    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+    this._alive();
     const arrays = {};
     for (const [name, at] of this.#arrays) {
       const {type, fill} = ARRAYS[name];
@@ -506,6 +558,10 @@ export class Batch {
   }
 
   _isOf(structs_) { return this.#structs === structs_; }
+
+  _alive() {
+    if (this.id === null) throw new TypeError('cab: the batch has been removed');
+  }
 
   // What a call is given of the batch.
   _input() {
@@ -1156,11 +1212,14 @@ class List {
     this.stats = stats;
   }
 
+  _alive() {
+    if (this.#isCurrent()) return;
+    throw new Error('cab: these hits have been replaced by those of a later call; toArray() keeps hits');
+  }
+
   // The address of entry i.
   _entry(i, name = this._name, from = this._at) {
-    if (!this.#isCurrent()) {
-      throw new Error('cab: these hits have been replaced by those of a later call; toArray() keeps hits');
-    }
+    this._alive();
     if (!(i >= 0 && i < this.length)) throw new RangeError(`cab: there is no hit ${i}`);
     return from + i * structs[name].size;
   }
@@ -1173,7 +1232,7 @@ class List {
 
   words() {
     if (!this.length) return new Uint32Array(0);
-    return this._structs.array('u32', this._entry(0), this.length * structs[this._name].size / 4);
+    return this._structs.lend('words()', 'u32', this._entry(0), this.length * this.wordsPerHit, this);
   }
 
   get wordsPerHit() { return structs[this._name].size / 4; }
@@ -1215,7 +1274,8 @@ export class Hits extends List {
   contactWords() {
     if (!this.#contacts) throw new TypeError('cab: the frame was not asked for contacts');
     if (!this.length) return new Uint32Array(0);
-    return this._structs.array('u32', this._entry(0, 'Contact', this.#contacts), this.length * this.wordsPerContact);
+    const at = this._entry(0, 'Contact', this.#contacts);
+    return this._structs.lend('contactWords()', 'u32', at, this.length * this.wordsPerContact, this);
   }
 
   get wordsPerContact() { return structs.Contact.size / 4; }

@@ -12,11 +12,13 @@ export * from './index.js';
 
 const PACKED = '${packed}';
 
-export async function load(...options) {
-  if (options.length) throw new TypeError('cab: load of cab-collision/inline takes nothing; that of cab-collision does');
+export async function load({checkViews, ...rest} = {}) {
+  for (const key of Object.keys(rest)) {
+    throw new TypeError(\`cab: load of cab-collision/inline takes no '\${key}'; that of cab-collision may\`);
+  }
   if (!hasSimd()) throw new Error('cab: there is no SIMD here; cab_scalar.wasm by load of cab-collision needs none');
   const packed = Uint8Array.from(atob(PACKED), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('gzip'));
-  return loadFrom({bytes: await new Response(stream).arrayBuffer()});
+  return loadFrom({bytes: await new Response(stream).arrayBuffer(), checkViews});
 }
 `);

@@ -57,7 +57,11 @@ if (process.env.CAB_WITHOUT_SIMD) {
     const world = module.createWorld();
     const batch = world.addBatch(world.addArticulation(chain(1)), 2);
     assert.equal(world.runFrame({rules: [{a: batch}]}).length, 1);
-    await assert.rejects(inline.load({simd: false}), {name: 'TypeError', message: /takes nothing/});
+    await assert.rejects(inline.load({simd: false}), {name: 'TypeError', message: /inline takes no 'simd'/});
+    const checked = (await inline.load({checkViews: true})).createWorld();
+    const poses = checked.addBatch(checked.addArticulation(chain(1)), 1).poses();
+    checked.memory();
+    assert.throws(() => poses[0], /get poses\(\) again/);
   });
 
   test('the modules import nothing but what load gives them', () => {

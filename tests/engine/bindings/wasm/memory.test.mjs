@@ -24,6 +24,83 @@ test('views from before the memory grew are empty, and new ones show what was wr
   world.destroy();
 });
 
+// A world whose views are checked, of three links one on the other.
+async function checkedWorld() {
+  const module = await cab.load({checkViews: true});
+  const world = module.createWorld();
+  return {module, world, batch: world.addBatch(world.addArticulation(chain(1)), 3)};
+}
+
+test('a view that is checked is what a typed array is, until it ends', async () => {
+  const {world, batch} = await checkedWorld();
+  const poses = batch.poses(), plain = Float32Array.from([0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0]);
+  assert.ok(poses instanceof Float32Array);
+  assert.equal(poses.constructor, Float32Array);
+  assert.deepEqual([poses.length, poses.byteLength, 20 in poses, 21 in poses], [21, 84, true, false]);
+  assert.deepEqual(Object.keys(poses), Object.keys(plain));
+  assert.deepEqual([...poses], [...plain]);
+  assert.deepEqual(new Float32Array(poses), plain);
+  const copy = poses.slice(), other = new Float32Array(21);
+  other.set(poses);
+  assert.deepEqual([copy, other], [plain, plain]);
+  poses[4] = 0.25;
+  poses.set([0.5, 0.75], 5);
+  const second = poses.subarray(7, 14);
+  assert.equal(second.fill(2), second);
+  assert.deepEqual([...batch.poses()].slice(4, 8), [0.25, 0.5, 0.75, 2]);
+  assert.deepEqual([poses.findLastIndex((value) => value === 2), poses.indexOf(2)], [13, 7]);
+  batch.poses().set(plain);
+  const {length} = world.runFrame({rules: [{a: batch}]});
+  assert.equal(length, 3);
+  assert.throws(() => second[0], /get poses\(\) again/);  // a part ends with the whole
+  assert.deepEqual(copy, plain);
+});
+
+test('a view that is checked throws after each call in which the memory may grow', async () => {
+  const {module, world, batch} = await checkedWorld();
+  const bytes = module.memory.buffer.byteLength, rules = [{a: batch}];
+  const calls = [() => world.runFrame({rules}), () => world.runQueries({queries: []}), () => world.computeBoxes(batch),
+                 () => world.addArticulation(chain(1)), () => world.explainJob({rules}), () => world.memory(),
+                 () => batch.origins(), () => module.createWorld().destroy()];
+  for (const call of calls) {
+    const poses = batch.poses();
+    assert.equal(poses.length, 21);
+    call();
+    const uses = [() => poses[0], () => { poses[0] = 1; }, () => poses.length, () => poses.set([1]), () => [...poses],
+                  () => 0 in poses, () => Object.keys(poses), () => Object.getOwnPropertyDescriptor(poses, 0),
+                  () => Object.defineProperty(poses, 0, {value: 1})];
+    for (const use of uses) {
+      assert.throws(use, {name: 'Error', message: /^cab: a call has been made .* get poses\(\) again$/}, `${call}`);
+    }
+  }
+  assert.equal(module.memory.buffer.byteLength, bytes);  // it did not grow
+  batch.origins();
+  const poses = batch.poses(), set = poses.set;
+  batch.origins();  // is there by now
+  assert.equal(poses[3], 1);
+  world.memory();
+  assert.throws(() => set([1]), /get poses\(\) again/);  // a method that was taken out before
+  assert.throws(() => { batch.instances = poses; world.runFrame({rules}); }, /get poses\(\) again/);
+});
+
+test('a view that is checked throws once its batch is removed, and hits once they are replaced', async () => {
+  const {world, batch} = await checkedWorld();
+  const job = {rules: [{a: batch}], policies: {exact: 'convex'}, contacts: true};
+  const hits = world.runFrame(job), words = hits.words(), contacts = hits.contactWords();
+  assert.equal(words.length, 3 * hits.wordsPerHit);
+  assert.equal(contacts.length, 3 * hits.wordsPerContact);
+  assert.equal(world.diffHits(words, hits.words().slice()).began.length, 0);
+  assert.throws(() => words[0], /get words\(\) again/);
+  assert.throws(() => contacts[0], /get contactWords\(\) again/);
+  const kept = hits.words();
+  world.runFrame(job);
+  assert.throws(() => kept[0], /these hits have been replaced/);
+  const poses = batch.poses(), margins = batch.margins();
+  world.remove(batch);
+  assert.throws(() => poses[0], {name: 'TypeError', message: /the batch has been removed/});
+  assert.throws(() => { margins[0] = 1; }, {name: 'TypeError', message: /the batch has been removed/});
+});
+
 test('memory that grows while a call is prepared loses no array of the call', async () => {
   // The hits and the lists of a first frame are taken after its arrays are named.
   for (const size of [3000, 30000, 120000]) {

@@ -12,7 +12,7 @@ const box: Box = {
 };
 
 async function main(): Promise<string> {
-  const cab: Cab = await load({simd: hasSimd()});
+  const cab: Cab = await load({simd: hasSimd(), checkViews: false});
   const world: World = cab.createWorld({isa: 'auto'});
   const desc: ArticulationDesc = {
     linkParents: [-1, 0],
@@ -78,7 +78,7 @@ async function main(): Promise<string> {
   const order: Uint32Array = world.spatialOrder(batch);
   const told: boolean = began === contacts.length && first.length === began && lines.count > 0 && words.length > 0 &&
       margins.length === 3 && then.found.length === 1 && order.length === 3;
-  const packed: Cab = await inline.load();
+  const packed: Cab = await inline.load({checkViews: true});
   // @ts-expect-error: it has its module
   const noOptions = () => inline.load({simd: false});
   // @ts-expect-error: no such source
