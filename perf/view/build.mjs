@@ -3,8 +3,8 @@
 //   node build.mjs --package DIR --work DIR [--program FILE.ts ...] [--no-page]
 //
 //   --package  the built npm package of the engine: index.js, abi.js, cab_simd.wasm, cab_scalar.wasm
-//   --work     where packages are installed, code is generated, bundles are made and cab_view.html is written. It may be
-//              kept between builds
+//   --work     where packages are installed, code is generated, bundles are made and cab_view.html is written. It may
+//              be kept between builds
 //   --program  a node program to check and to bundle, into WORK/programs/FILE.mjs
 //   --no-page  makes the programs alone
 //

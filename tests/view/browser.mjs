@@ -417,7 +417,8 @@ describe('a selected pair', () => {
       return {width, height, type: window.saved[0].type, name: window.savedAs};
     });
     const {width, height} = await (await page.tab.$('.surface')).boundingBox();
-    assert.deepEqual([picture.width, picture.height, picture.type], [Math.round(width), Math.round(height), 'image/png']);
+    assert.deepEqual([picture.width, picture.height, picture.type],
+                     [Math.round(width), Math.round(height), 'image/png']);
     assert.match(picture.name, /_\d+\.png$/);
     await press('Markers');
     const markers = await page.tab.evaluate(() => window.saved[1].text());
@@ -475,7 +476,9 @@ describe('states of a robot', {skip: options.states ? false : 'no --states'}, ()
 
 describe('a skin', () => {
   let page;
-  before(async () => (page = await open(embed('skin', {'skin.cab': readFileSync(skinFile)}), {fragment: '#frame=5&recording=0'})));
+  before(async () => {
+    page = await open(embed('skin', {'skin.cab': readFileSync(skinFile)}), {fragment: '#frame=5&recording=0'});
+  });
   after(() => page.close());
 
   // How many pixels of the scene are about as red as what touches.

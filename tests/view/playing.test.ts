@@ -31,7 +31,8 @@ function recordingOf(hits: readonly (readonly (readonly number[])[] | null)[],
       const words = hits[index];
       if (!words) throw new Error('damaged');
       return {
-        index, time: index / 32, settings: SETTINGS, inputs: [inputOf(0), inputOf(1, {origins: ORIGINS})], hash: 1n, stats: NO_STATS,
+        index, time: index / 32, settings: SETTINGS, inputs: [inputOf(0), inputOf(1, {origins: ORIGINS})], hash: 1n,
+        stats: NO_STATS,
         hits: Uint32Array.from(words.flat()),
         contacts: depths[index] ? Float32Array.from(depths[index].flatMap(contactOf)) : null,
       };

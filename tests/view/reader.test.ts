@@ -59,11 +59,12 @@ test('a job without containment is read, beside others of the same chunk', () =>
 });
 
 test('a skin is read with the triangles of its leaves, in the place of boxes', () => {
-  const bound: Articulation = {...CLOTH, skin: {...CLOTH.skin!, inverseBind: Float32Array.from({length: 32}, (_, i) => i)}};
-  const unmoved: Articulation = {...CLOTH, skin: {...CLOTH.skin!, influenceLinks: new Uint32Array([0, 9, 0, 1, 0, 9, 0, 1])}};
+  const skin = CLOTH.skin!;
+  const bound: Articulation = {...CLOTH, skin: {...skin, inverseBind: Float32Array.from({length: 32}, (_, i) => i)}};
+  const unmoved: Articulation = {...CLOTH, skin: {...skin, influenceLinks: new Uint32Array([0, 9, 0, 1, 0, 9, 0, 1])}};
   for (const cloth of [CLOTH, bound, unmoved]) {
-    const {articulations, problems} = readRecording(
-        fileOf([chunkOfContents({...DEFINITIONS, articulations: [ARM, CRATE, cloth], frames: frames(0, 1)})]), 'cloth.cab');
+    const contents = {...DEFINITIONS, articulations: [ARM, CRATE, cloth], frames: frames(0, 1)};
+    const {articulations, problems} = readRecording(fileOf([chunkOfContents(contents)]), 'cloth.cab');
     assert.deepEqual(problems, []);
     assert.deepEqual(articulations, [ARM, CRATE, cloth]);
   }
@@ -140,7 +141,8 @@ test('what is as before in the first frame of a chunk is refused', () => {
     Object.assign(first!.inputs[0]!, how);
     const recording = readRecording(fileOf([chunkOfContents({...DEFINITIONS, frames: frames(0, 1)}),
                                             chunkOfContents({frames: [first!]})]), 'arms.cab');
-    assert.throws(() => recording.frame(1), {name: 'RecordingError', message: /chunk 1 at byte \d+: .*(in|of) this chunk/});
+    assert.throws(() => recording.frame(1),
+                  {name: 'RecordingError', message: /chunk 1 at byte \d+: .*(in|of) this chunk/});
   }
 });
 

@@ -163,7 +163,9 @@ test('random intervals are in one event each, and no two events of the same char
 });
 
 test('states are no frames of a motion: each pair of links is an event, with the states in which it touches', () => {
-  const intervals = [intervalOf(7, 7, 0.5), intervalOf(1, 2, 0.3, {b: [2, 0, 2], link_b: 'hand'}), intervalOf(9, 11, 0.1)];
+  const intervals = [
+    intervalOf(7, 7, 0.5), intervalOf(1, 2, 0.3, {b: [2, 0, 2], link_b: 'hand'}), intervalOf(9, 11, 0.1),
+  ];
   const report = reportOf({files: [fileOf({seconds_per_frame: 0})], intervals});
   const events = eventsOf(report, intervals);
   assert.deepEqual(events.map(({intervals: own}) => own), [[intervals[0], intervals[2]], [intervals[1]]]);

@@ -1,5 +1,5 @@
-// The report in a browser: from file://, without a network, by mouse and by keyboard. It needs Chromium, and the page in
-// the folder of the build.
+// The report in a browser: from file://, without a network, by mouse and by keyboard. It needs Chromium, and the page
+// in the folder of the build.
 import assert from 'node:assert/strict';
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';

@@ -117,8 +117,8 @@ class Engine implements EngineInPage {
 
 type Stats = ReturnType<RecordedWorld['run']>['stats'];
 
-// The hits of `all` whose links are not in `some`. Both are sorted. `some` may have others: what is wholly inside a skin
-// is a hit of leaves whose boxes are apart.
+// The hits of `all` whose links are not in `some`. Both are sorted. `some` may have others: what is wholly inside a
+// skin is a hit of leaves whose boxes are apart.
 function without(all: Uint32Array, some: Uint32Array): Uint32Array {
   const left: number[] = [];
   let next = 0;

@@ -208,8 +208,8 @@ export class RecordedWorld {
     if (restPoses !== null) {
       try {
         const level = this.#world.addLod({of, kind: 'reach', maxLeaves, restPoses});
-        this.#note(index, 'has boxes that hold whatever its links can reach, by the joints of some frames: where links ' +
-                          'are farther apart, hits may be lost');
+        this.#note(index, 'has boxes that hold whatever its links can reach, by the joints of some frames: where ' +
+                          'links are farther apart, hits may be lost');
         return level;
       } catch (error) {
         if (!(error instanceof CabError)) throw error;

@@ -57,8 +57,8 @@ export interface EngineInPage {
    */
   falsePositives(frame: Frame, dial: Dial): Uint32Array;
   /**
-   * Triangles of skins that touch, of hits of the frame: WORDS_PER_TRIANGLES each, which are the index of the hit, leaf a
-   * in the lower half and leaf b, and which triangle of each leaf it is.
+   * Triangles of skins that touch, of hits of the frame: WORDS_PER_TRIANGLES each, which are the index of the hit, leaf
+   * a in the lower half and leaf b, and which triangle of each leaf it is.
    */
   touchingTriangles(frame: Frame, hits: Uint32Array): Uint32Array;
   /** Boxes of all nodes of the instances of a batch. */

@@ -62,11 +62,13 @@ function worstColumns<R extends Row>(report: Report, rows: readonly R[]): Column
   }
   if (hasTriangles) {
     columns.push(numbers(['Triangles', 'how many pairs of triangles touch in the worst frame'],
-      (row) => row.worst_triangles, ({worst_triangles: triangles}) => triangles === null ? '\u2013' : count(triangles)));
+      (row) => row.worst_triangles,
+      ({worst_triangles: triangles}) => triangles === null ? '\u2013' : count(triangles)));
   }
   const isState = (row: R): boolean => hasStates(report.files[row.file]);
   columns.push(hasStatesAlone(report) ?
-    numbers(['State', 'in which state the worst contact is'], (row) => row.worst_frame, (row) => count(row.worst_frame)) :
+    numbers(['State', 'in which state the worst contact is'], (row) => row.worst_frame,
+      (row) => count(row.worst_frame)) :
     numbers(['At', 'when the worst contact is'], (row) => row.worst_frame,
       (row) => momentText(row.worst_frame, isState(row) ? null : row.worst_seconds)));
   return columns.map((column) => ({...column, isKey: true}));
@@ -98,7 +100,8 @@ export function pairColumns(report: Report, names: readonly string[]): Column<Re
       numbers<ReportPair>(['States', 'in how many states they are in contact'], (row) => row.frames,
         (row) => count(row.frames)),
     ] : [
-      numbers<ReportPair>(['Frames', 'how many frames are in contact'], (row) => row.frames, (row) => count(row.frames)),
+      numbers<ReportPair>(['Frames', 'how many frames are in contact'], (row) => row.frames,
+        (row) => count(row.frames)),
       numbers<ReportPair>(['Intervals', 'how many intervals of contact there are'], (row) => row.intervals,
         (row) => count(row.intervals)),
       numbers<ReportPair>(['Longest', 'frames of the longest interval'], (row) => row.longest,
@@ -123,7 +126,10 @@ export function fileColumns(): Column<FileRow>[] {
       (row) => count(row.file.frames_read)),
     numbers(['Worst depth', 'how deep the deepest contact is'], (row) => row.worst?.worst_depth ?? null,
       (row) => row.worst ? severityText(row.worst, row.file) : '\u2013'),
-    {...words<FileRow>(['Problems', 'what could not be read'], (row) => row.file.problems.join('. ')), kind: 'sentence'},
+    {
+      ...words<FileRow>(['Problems', 'what could not be read'], (row) => row.file.problems.join('. ')),
+      kind: 'sentence',
+    },
   ];
 }
 

@@ -25,7 +25,8 @@ export class EventsView {
   readonly #strips = el('div', {class: 'report-strips'});
   readonly #figure = el('figure', {class: 'report-worst', hidden: true});
   readonly #list = el('ol', {class: 'report-events'});
-  readonly #more = el('button', {type: 'button', click: () => this.#show(this.#shown + EVENTS_PER_PAGE)}, 'More events');
+  readonly #more =
+    el('button', {type: 'button', click: () => this.#show(this.#shown + EVENTS_PER_PAGE)}, 'More events');
   readonly #status = el('p', {class: 'quiet', role: 'status'});
   #events: ReportEvent[] = [];
   #shown = 0;

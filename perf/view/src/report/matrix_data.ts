@@ -68,7 +68,7 @@ export function makeMatrix({pairs}: CharacterPair, most: number): Matrix {
 
 export type Measure = 'share' | 'worst';
 
-/** How much a pair touches, or how badly: by its depth, else by its triangles. Null: the measure knows nothing of it. */
+/** How much a pair touches, or how badly: by its depth, else by its triangles. Null: the measure does not know it. */
 export const measureOf = (pair: ReportPair, measure: Measure): number | null =>
   measure === 'share' ? pair.share : pair.worst_depth ?? pair.worst_triangles;
 

@@ -115,6 +115,7 @@ export function mountReport(element: HTMLElement, report: Report, open: OpenReco
       ['Pairs', pairs.element],
       ['Matrix', matrix.element],
       // One file without a problem is named by the title.
-      ...(rows.length > 1 || rows.some(({file}) => file.problems.length > 0) ? [['Files', files.element] as const] : []),
+      ...(rows.length > 1 || rows.some(({file}) => file.problems.length > 0) ?
+        [['Files', files.element] as const] : []),
     ])));
 }

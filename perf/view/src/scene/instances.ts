@@ -16,8 +16,8 @@ export const COPY = 16;
 export const PATTERN = {plain: 0, crosses: 1, stripes: 2, glass: 3, ghost: 4} as const;
 
 /**
- * `flat` is lit by faces, `round` by normals, `over` as round, over all else, and as large on the screen wherever it is;
- * `wire` is lines. `box` takes boxCorner(), which it turns to the camera, and is lit by faces.
+ * `flat` is lit by faces, `round` by normals, `over` as round, over all else, and as large on the screen wherever it
+ * is; `wire` is lines. `box` takes boxCorner(), which it turns to the camera, and is lit by faces.
  */
 export type Look = 'flat' | 'box' | 'round' | 'over' | 'wire';
 
@@ -108,8 +108,8 @@ const WIRE_VERTEX = `${PLACE}
   }
 `;
 
-// Samples of a pixel are left out where something is seen through, or whole pixels where a pixel has one sample. So what
-// is behind is seen in whatever order it is drawn.
+// Samples of a pixel are left out where something is seen through, or whole pixels where a pixel has one sample. So
+// what is behind is seen in whatever order it is drawn.
 const patterned = (qualifier: '' | 'flat'): string => `
   ${qualifier} in vec4 tint;
   uniform bool sampled;

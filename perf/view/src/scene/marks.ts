@@ -1,8 +1,8 @@
 // What is special about links and instances in one frame.
 
 /**
- * The higher mark wins. Of the pair that one looks at one link is `selected`, and the other one, which may be around it,
- * `glass`.
+ * The higher mark wins. Of the pair that one looks at one link is `selected`, and the other one, which may be around
+ * it, `glass`.
  */
 export const MARK = {none: 0, falsePositive: 1, hit: 2, glass: 3, selected: 4} as const;
 

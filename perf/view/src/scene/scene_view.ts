@@ -154,7 +154,9 @@ export class SceneView {
       context.fillStyle = style.color;
       context.fillText(element.textContent ?? '', parseFloat(style.paddingLeft) + 1, box.height / 2);
     }
-    return new Promise((done, fail) => drawn.toBlob((blob) => blob ? done(blob) : fail(new Error('no picture')), 'image/png'));
+    return new Promise((done, fail) => {
+      drawn.toBlob((blob) => blob ? done(blob) : fail(new Error('no picture')), 'image/png');
+    });
   }
 
   /** What is drawn under a pointer, given in pixels of the window. */

@@ -269,7 +269,9 @@ export class Stage {
   }
 
   // Where a pair touches: at its contact, else in the middle of its triangles, else between its links.
-  #placeOf(pair: Hit, hits: Uint32Array, contacts: Float32Array | null, triangles: Uint32Array | null): PairPlace | null {
+  #placeOf(
+    pair: Hit, hits: Uint32Array, contacts: Float32Array | null, triangles: Uint32Array | null,
+  ): PairPlace | null {
     const a = this.#boundsOfLink(pair.slotA, pair.instanceA, pair.linkA);
     const b = this.#boundsOfLink(pair.slotB, pair.instanceB, pair.linkB);
     if (a.empty && b.empty) return null;

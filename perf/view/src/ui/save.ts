@@ -13,4 +13,5 @@ export function saveFile(content: Blob, name: string): void {
 }
 
 /** A title as the beginning of a file's name. */
-export const fileName = (title: string): string => title.replace(/[^\p{L}\p{N}._-]+/gu, '_').slice(0, 80) || 'recording';
+export const fileName = (title: string): string =>
+  title.replace(/[^\p{L}\p{N}._-]+/gu, '_').slice(0, 80) || 'recording';

@@ -74,7 +74,8 @@ export class ViewPanel {
     this.#entries = {
       hit: entry('hit', 'red: links in a hit'),
       triangles: entry('hit', 'red: triangles that touch'),
-      selectedPair: entry('hit', 'red: where the selected pair touches; the larger link, and all else, is seen through'),
+      selectedPair: entry('hit', 'red: where the selected pair touches; the larger link, and all else, is seen ' +
+        'through'),
       falsePositives: entry('false-positive', 'pink, striped: false positive, boxes overlap and shapes are apart'),
       masked: entry('masked', 'grey, crossed, in a cube: masked, since its pose is no pose'),
       contacts: entry('contact', 'white arrow: contact normal, from a to b'),
@@ -93,7 +94,10 @@ export class ViewPanel {
 
   /** Only what is drawn is explained. */
   showLegend({selectedPair, falsePositives, masked, contacts, leafBoxes, level, triangles}: Drawn): void {
-    const drawn = {hit: !triangles && !selectedPair, triangles: triangles && !selectedPair, selectedPair, falsePositives, masked, contacts, leafBoxes, level: level > 0};
+    const drawn = {
+      hit: !triangles && !selectedPair, triangles: triangles && !selectedPair, selectedPair, falsePositives, masked,
+      contacts, leafBoxes, level: level > 0,
+    };
     for (const name of Object.keys(drawn) as (keyof typeof drawn)[]) this.#entries[name].hidden = !drawn[name];
   }
 

@@ -135,7 +135,8 @@ test('poses of a description are as many numbers as its links need', () => {
   assert.equal(within({restPose: {format: 'matrix3x4_rows', data: new Float32Array(straightRows(LINKS))}}), 0);
   assert.throws(() => within({restPose: {data: straight(LINKS - 1)}}), /restPose.data needs 56 numbers, not 49/);
   assert.throws(() => within({restPose: {data: [...straight(LINKS), ...straight(LINKS)]}}), /56 numbers, not 112/);
-  assert.throws(() => within({restPose: {data: straight(LINKS), linkStride: 4}}), /restPose has no member 'linkStride'/);
+  assert.throws(() => within({restPose: {data: straight(LINKS), linkStride: 4}}),
+                /restPose has no member 'linkStride'/);
   assert.throws(() => within({restPose: {format: 'euler', data: []}}), /format is 'euler', and not one of/);
   assert.throws(() => world.addArticulation({...chain(1), linkParents: [], restPose: {data: []}}),
                 {status: 'no_links'});

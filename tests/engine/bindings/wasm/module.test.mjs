@@ -196,11 +196,13 @@ test('names that every object has are members of no struct, values of no enumera
   const rules = [{a: batch}];
   for (const name of ['__proto__', 'constructor', 'toString']) {
     const policies = JSON.parse(`{"${name}": {"x": 1}}`);
-    assert.throws(() => world.runFrame({rules, policies}), new RegExp(`TypeError: cab: Policies has no member '${name}'`));
+    assert.throws(() => world.runFrame({rules, policies}),
+                  new RegExp(`TypeError: cab: Policies has no member '${name}'`));
     const query = JSON.parse(`{"kind": "ray", "${name}": 5}`);
     assert.throws(() => world.runQueries({queries: [query]}), new RegExp(`Query has no member '${name}'`));
     assert.throws(() => world.runFrame(JSON.parse(`{"${name}": 1}`)), new RegExp(`runFrame takes no '${name}'`));
-    assert.throws(() => world.runFrame({rules, policies: {refit: name}}), new RegExp(`is '${name}', and not one of cab`));
+    assert.throws(() => world.runFrame({rules, policies: {refit: name}}),
+                  new RegExp(`is '${name}', and not one of cab`));
     assert.throws(() => world.addBatch(arm, 1, {format: name}), new RegExp(`format is '${name}', and not one of`));
   }
   assert.equal(world.runFrame({rules}).length, 1);

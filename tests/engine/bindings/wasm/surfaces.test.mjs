@@ -6,8 +6,8 @@ import {bone, cab} from './package.mjs';
 const module = await cab.load();
 const IDENTITY = [0, 0, 0, 1, 0, 0, 0];
 
-// A strip along x of `cells` squares, each of two triangles, 1 wide along y. Two links move it: the second one the more,
-// the farther along.
+// A strip along x of `cells` squares, each of two triangles, 1 wide along y. Two links move it: the second one the
+// more, the farther along.
 function strip(cells) {
   const vertices = [], influenceLinks = [], influenceWeights = [], triangles = [];
   for (let i = 0; i <= cells; ++i) {

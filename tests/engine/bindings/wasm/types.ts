@@ -112,7 +112,8 @@ async function main(): Promise<string> {
   const noNew = () => new Batch();
   // @ts-expect-error: a level is of an articulation
   const noLod: LodDesc = {of: batch};
-  void [noLod, contactWords, boxes.values, steps, noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew, flags];
+  void [noLod, contactWords, boxes.values, steps, noStrategy, noPreset, noBatch, noBox, noCenter, noLength, noNew,
+        flags];
 
   world.remove(batch);
   world.remove(level);
