@@ -427,6 +427,8 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   if (options.area && name != "uniform" && name != "rigs")
     throw UsageError("--area is for --scene uniform and --scene rigs, not for " + name);
   if (options.skin_leaves && name != "skins") throw UsageError("--skin-leaves is for --scene skins, not for " + name);
+  if (options.policies.exact == Exact::kSurface && name != "skins")
+    throw UsageError("--exact surface: needs --scene skins, whose triangles it tests");
   if (options.level && name != "level") throw UsageError("--level is for --scene level, not for " + name);
   if (name == "rigs" && options.link_count && *options.link_count < scenes::kHumanoidLinks)
     throw UsageError("--links: a body of --scene rigs has at least " + std::to_string(scenes::kHumanoidLinks));

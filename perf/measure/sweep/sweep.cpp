@@ -1,4 +1,5 @@
 // `cab sweep`: the cost and the benefit of every policy, on many scenes or on the user's files.
+#include <algorithm>
 #include <iostream>
 #include <string>
 #include <vector>
@@ -15,11 +16,13 @@
 namespace cab::perf {
 namespace {
 
-// Throws UsageError for options that contradict each other.
-void check(const SweepOptions& options) {
+// Throws UsageError for options that contradict each other, or policies that no cell can have.
+void check(const SweepOptions& options, const std::vector<Policies>& policies) {
   check_files(options.world);
   if (options.world.skin && options.world.skin->surface)
     throw UsageError("--body surface: a sweep judges hits by exact tests of solids; choose --body skin");
+  if (std::any_of(policies.begin(), policies.end(), [](const Policies& p) { return p.exact == Exact::kSurface; }))
+    throw UsageError("--exact surface: a sweep is of solids, without triangles to test; choose none, convex or fcl");
   const bool about_files = !options.world.offsets.empty() || !options.world.metres_per_unit.empty() ||
                            options.world.up != 0 || options.world.frames_per_second != 0 ||
                            !options.world.motion_paths.empty();
@@ -42,9 +45,10 @@ std::vector<std::string> choose_scenes(const SweepOptions& options) {
 }  // namespace
 
 int sweep_command(const SweepOptions& options) {
-  check(options);
+  const std::vector<Policies> policies = choose_policies(options.values);
+  check(options, policies);
   OutputFile json(options.json_path), csv(options.csv_path);
-  const SweepPlan plan = {choose_policies(options.values), options.isas, options.thread_counts, options.rounds};
+  const SweepPlan plan = {policies, options.isas, options.thread_counts, options.rounds};
   std::cout
       << "Times are medians over rounds; each round keeps the fastest of several runs. Those of phases are summed over "
          "threads.\nfalse: leaf pairs whose boxes overlap and whose shapes are apart; misses: true hits that are lost. "

@@ -100,6 +100,8 @@ void check_shapes(RobotCommandOptions& o, bool has_exact) {
         "--shapes surface: the exact tests convex and fcl are about solids; leave --exact out, or choose"
         " --shapes hulls");
   if (!has_exact) o.policies.exact = o.import.surface ? Exact::kSurface : Exact::kConvex;
+  if (!o.import.surface && o.policies.exact == Exact::kSurface)
+    throw UsageError("--exact surface: needs --shapes surface, whose triangles it tests");
   if (!o.import.surface) return;
   if (!o.distances.empty())
     throw UsageError("--distance: triangles have no depth and no distance; choose --shapes hulls");

@@ -357,6 +357,8 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--body", "skin", "--exact", "surface"}, "--exact surface: needs --body surface"},
       {{"run", file, "--exact", "surface", "--min-depth", ".01"}, "--exact surface: needs --body surface"},
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
+      {{"sweep", file, "--exact", "none,surface"}, "--exact surface: a sweep is of solids"},
+      {{"crowd", "--scene", "uniform", "--exact", "surface"}, "--exact surface: needs --scene skins"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
       {{"inspect", file, "--motion", other, "--json", other}, "is an input"},

@@ -52,6 +52,8 @@ def _scan(chosen: argparse.Namespace) -> int:
         tell(f"cab scan: {problem}", sys.stderr)
     if not entries:
         raise corpus.CorpusError("there is nothing to scan")
+    if chosen.what not in suffixes:
+        _check_surfaces(chosen, entries)
     if chosen.shard:  # of more machines than files, some have none
         entries = entries[chosen.shard[0] - 1::chosen.shard[1]]
     written = export.csv_files(chosen.csv) if chosen.csv else []
@@ -92,6 +94,17 @@ def _policies(chosen: argparse.Namespace, has_surface: bool) -> List[str]:
     exact = "surface" if has_surface else "convex"
     made = [policies.choose_policies(words, exact) for words in options.policy_words(chosen)]
     return list(dict.fromkeys(map(policies.policies_text, made)))
+
+
+def _check_surfaces(chosen: argparse.Namespace, entries: Sequence[corpus.Entry]) -> None:
+    """Raises CorpusError if a list makes a file a surface that the options would not test."""
+    for entry in entries:
+        if entry.has_surface:
+            try:
+                options.check_tests(chosen, has_surface=True)
+            except ValueError as error:
+                raise corpus.CorpusError(f"{entry.source.name}, a surface: {error}") from error
+            return
 
 
 def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.Entry]:

@@ -225,15 +225,19 @@ def _check_together(options: argparse.Namespace) -> None:
     """Raises ValueError for options that no file could be tested with."""
     given = {name: getattr(options, name, None) or "" for name in READERS}
     has_surface = with_options(FileOptions(), given, "").body == "surface"
-    min_depth = getattr(options, "min_depth", 0)
+    check_tests(options, has_surface)
+
+
+def check_tests(options: argparse.Namespace, has_surface: bool) -> None:
+    """Raises ValueError for policies and depths that files with surfaces, or others, could not be tested with."""
     for words in policy_words(options):
         try:
             exact = choose_policies(words, "surface" if has_surface else "convex").exact
         except ValueError as error:
             raise ValueError(f"--policies: {error}") from error
         if has_surface and exact not in ("surface", "none"):
-            raise ValueError(f"--body surface is tested with exact=surface or none, not exact={exact}")
-        if min_depth and exact in ("surface", "none"):
+            raise ValueError(f"a surface is tested with exact=surface or none, not exact={exact}")
+        if getattr(options, "min_depth", 0) and exact in ("surface", "none"):
             raise ValueError(f"--min-depth wants depths, and exact={exact} has none")
 
 

@@ -424,6 +424,7 @@ TEST_CASE("wrong use of cab robot is told") {
       {{known.file, "--around", known.file, "--padding", "1,2"}, "--padding: a length for all links is given twice"},
       {{known.file, "--around", known.file, "--padding", "base=1,base=2"}, "--padding: 'base' is given twice"},
       {{known.file, "--shapes", "boxes"}, "--shapes: 'boxes' is not hulls or surface"},
+      {{known.file, "--exact", "surface"}, "--exact surface: needs --shapes surface, whose triangles it tests"},
       {{known.file, "--shapes", "surface", "--exact", "convex"}, "--shapes surface: the exact tests convex and fcl"},
       {{known.file, "--shapes", "surface", "--distance", "base,ring"}, "--distance: triangles have no depth"},
       {{known.file, "--shapes", "surface", "--around", known.file, "--padding", "1"}, "--padding: triangles are not"},

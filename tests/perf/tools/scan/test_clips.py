@@ -362,3 +362,11 @@ def test_each_file_of_a_list_or_folder_has_the_exact_test_of_its_bodies(scan, qu
         assert tuple(surface)[1:-3] == tuple(alone)[1:-3] and "exact=surface" in surface["policies"].split()
         for row in (left, right):
             assert "exact=convex" in row["policies"].split() and row["depth"] > 0
+    for words, told in (
+        (["--min-depth", "0.01"], "--min-depth wants depths, and exact=surface has none"),
+        (["--policies", "exact=convex"], "a surface is tested with exact=surface or none, not exact=convex"),
+    ):
+        for found in (["--list", "list.csv"], ["corpus"]):
+            refused = quick("self", *found, *words, "--table", "refused.sqlite")
+            assert refused.code == 1 and f"three.gltf, a surface: {told}\n" in refused.error
+    assert not (scan.folder / "refused.sqlite").exists()

@@ -138,7 +138,7 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         (["self", "a", "--most-seconds", "0"], "a whole number from 1"),
         (["self", "a", "--policies", "exact=fast"], "--policies: "),
         (["self", "a", "--body", "mesh"], "skeleton, skin or surface is wanted"),
-        (["pairs", "a", "--body", "surface", "--policies", "exact=convex"], "--body surface is tested with exact="),
+        (["pairs", "a", "--body", "surface", "--policies", "exact=convex"], "a surface is tested with exact="),
         (["policies", "a", "--body", "surface", "--policies", "tight", "--policies", "exact=fcl"], "not exact=fcl"),
         (["self", "a", "--body", "surface", "--min-depth", "0.01"], "--min-depth wants depths, and exact=surface"),
         (["self", "a", "--policies", "exact=none", "--min-depth", "0.01"], "--min-depth wants depths, and exact=none"),
