@@ -3,6 +3,7 @@
 
 #include "engine/frame/all_pairs.h"
 #include "perf/harness/world.h"
+#include "tests/engine/hit_links.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/layout/closed_skin.h"
 #include "tests/rounds.h"
@@ -11,23 +12,16 @@
 
 #include <cstring>
 #include <set>
-#include <tuple>
+#include <utility>
 
 namespace cab::tests {
 namespace {
 
 using Pair = std::pair<std::uint32_t, std::uint32_t>;  // an outer and an inner instance
-using Links = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;
 
 std::set<Pair> pairs_of(const std::vector<Hit>& hits) {
   std::set<Pair> out;
   for (const Hit& hit : hits) out.insert({hit.instance_a, hit.instance_b});
-  return out;
-}
-
-std::set<Links> links_of(const std::vector<Hit>& hits) {
-  std::set<Links> out;
-  for (const Hit& hit : hits) out.insert({hit.instance_a, hit.instance_b, hit.link_a, hit.link_b});
   return out;
 }
 

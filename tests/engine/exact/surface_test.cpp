@@ -2,6 +2,7 @@
 #include "perf/harness/world.h"
 #include "perf/judge/oracle/random_skins.h"
 #include "perf/judge/oracle/triangle_judge.h"
+#include "tests/engine/hit_links.h"
 #include "tests/engine/thread_pool.h"
 #include "tests/rounds.h"
 
@@ -19,8 +20,6 @@ namespace cab::tests {
 namespace {
 
 using namespace cab::oracle;
-
-using Name = std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t>;  // two instances and their links
 
 // Instances of a random skin near each other.
 struct Crowd {
@@ -74,12 +73,6 @@ struct Crowd {
   }
 };
 
-std::set<Name> names_of(const std::vector<Hit>& hits) {
-  std::set<Name> out;
-  for (const Hit& hit : hits) out.insert({hit.instance_a, hit.instance_b, hit.link_a, hit.link_b});
-  return out;
-}
-
 struct PlacedLeaf {
   std::uint32_t instance, link;
   std::vector<Triangle<Real>> triangles;
@@ -118,8 +111,8 @@ std::vector<PlacedLeaf> placed_leaves(const Crowd& crowd) {
 }
 
 // The least distance of the triangles of each two links, of those whose bounds are within `reach`.
-std::map<Name, Real> distances_of(const Crowd& crowd, Real reach) {
-  std::map<Name, Real> out;
+std::map<HitLinks, Real> distances_of(const Crowd& crowd, Real reach) {
+  std::map<HitLinks, Real> out;
   const std::vector<PlacedLeaf> leaves = placed_leaves(crowd);
   for (std::size_t x = 0; x < leaves.size(); ++x)
     for (std::size_t y = x + 1; y < leaves.size(); ++y) {
@@ -129,7 +122,7 @@ std::map<Name, Real> distances_of(const Crowd& crowd, Real reach) {
       for (std::size_t c = 0; c < 3; ++c) near = near && a.lo[c] <= b.hi[c] + reach && b.lo[c] <= a.hi[c] + reach;
       if (!near) continue;
       const bool swap = a.instance == b.instance && b.link < a.link;
-      const Name name = {a.instance, b.instance, swap ? b.link : a.link, swap ? a.link : b.link};
+      const HitLinks name = {a.instance, b.instance, swap ? b.link : a.link, swap ? a.link : b.link};
       for (const Triangle<Real>& s : a.triangles)
         for (const Triangle<Real>& t : b.triangles) {
           const auto found = out.emplace(name, HUGE_VALL).first;
@@ -210,15 +203,15 @@ TEST_CASE("links of skins touch where their triangles do, with and without a mar
       FrameJob job;
       job.policies.exact = Exact::kSurface;
       if (round % 2 == 1) job.margin = static_cast<float>(size * Real{0.02});
-      const std::map<Name, Real> distances = distances_of(crowd, 2 * Real{job.margin} + size / 1000);
-      const std::set<Name> hits = names_of(crowd.run(job));
+      const std::map<HitLinks, Real> distances = distances_of(crowd, 2 * Real{job.margin} + size / 1000);
+      const std::set<HitLinks> hits = links_of(crowd.run(job));
       const Real slack = size * 1e-9L;
       for (const auto& [name, distance] : distances) {
         if (distance <= Real{job.margin} - (job.margin > 0 ? slack : 0)) CHECK(hits.count(name) == 1);
         if (distance > Real{job.margin} + slack) CHECK(hits.count(name) == 0);
         ++(distance <= Real{job.margin} ? touching : apart);
       }
-      for (const Name& hit : hits) CHECK(distances.count(hit) == 1);
+      for (const HitLinks& hit : hits) CHECK(distances.count(hit) == 1);
     }
   }
   CHECK(touching >= least_count(600, 60));
@@ -251,8 +244,8 @@ TEST_CASE("surfaces that coincide touch, wherever their origins are") {
     }
     FrameJob job;
     job.policies.exact = Exact::kSurface;
-    const std::map<Name, Real> distances = distances_of(crowd, size_of(crowd) / 1000);
-    const std::set<Name> hits = names_of(crowd.run(job));
+    const std::map<HitLinks, Real> distances = distances_of(crowd, size_of(crowd) / 1000);
+    const std::set<HitLinks> hits = links_of(crowd.run(job));
     for (const auto& [name, distance] : distances)
       if (distance == 0) CHECK(hits.count(name) == 1);
     hits_seen += hits.size();
@@ -275,7 +268,7 @@ TEST_CASE("hits on surfaces are the same by every strategy, instruction set and 
     for (const Strategy strategy : {Strategy::kBrute, Strategy::kRows, Strategy::kLinks, Strategy::kTree}) {
       FrameJob other = job;
       other.policies.strategy = strategy;
-      CHECK(names_of(crowd.run(other)) == names_of(first));
+      CHECK(links_of(crowd.run(other)) == links_of(first));
     }
     for (const Isa isa : available_isas())
       for (const std::uint32_t threads : {1u, 3u}) {
@@ -315,7 +308,7 @@ TEST_CASE("hits on surfaces are the same by every strategy, instruction set and 
     std::vector<Hit> own;
     std::copy_if(first.begin(), first.end(), std::back_inserter(own),
                  [](const Hit& hit) { return hit.instance_a == hit.instance_b; });
-    CHECK(names_of(hits) == names_of(own));
+    CHECK(links_of(hits) == links_of(own));
   }
   CHECK(seen >= least_count(200, 20));
 }
@@ -485,14 +478,14 @@ TEST_CASE("a small cache of skins changes no hit, and says that leaves were skin
     job.hits = hits;
     require(run_frame(*engine, job));
     stats = job.stats;
-    std::set<Name> out;
+    std::set<HitLinks> out;
     for (std::size_t i = 0; i < job.hit_count; ++i)
       if (hits[i].link_a != 0 && hits[i].link_b != 0)
         out.insert({hits[i].instance_a, hits[i].instance_b, hits[i].link_a, hits[i].link_b});
     return out;
   };
   FrameStats small, large;
-  const std::set<Name> first = run(false, small);
+  const std::set<HitLinks> first = run(false, small);
   CHECK(first.size() > 20);
   CHECK(run(true, large) == first);
   CHECK(small.leaves_skinned == 32);
@@ -626,7 +619,7 @@ TEST_CASE("bodies without triangles are counted and hit as with convex") {
       hits[surface].resize(job.hit_count);
       stats[surface] = job.stats;
     }
-    CHECK(names_of(hits[0]) == names_of(hits[1]));
+    CHECK(links_of(hits[0]) == links_of(hits[1]));
     CHECK(stats[0].exact_tests == stats[1].exact_tests);
     CHECK(stats[0].false_positives == stats[1].false_positives);
   }
