@@ -220,6 +220,26 @@ test('the matrix tells the numbers of the cell that has the focus', async () => 
   assert.match((await texts(`${SHOWN} .quiet`))[0]!, /anna: link 2 .* 3 frames/);
 });
 
+test('the matrix is as wide as the page, or its cells as wide as they get, and has a scale', async () => {
+  const sizes = () => page.$eval(SHOWN, (panel) => {
+    const widthOf = (what: string): number => panel.querySelector(what)!.getBoundingClientRect().width;
+    const columns = panel.querySelectorAll('thead th').length;
+    const over = document.documentElement.scrollWidth - innerWidth;
+    return {page: widthOf('.report-scroll'), table: widthOf('table'), cell: widthOf('tbody td'), columns, over};
+  });
+  const wide = await sizes();
+  assert(wide.cell > 48, JSON.stringify(wide));
+  assert(Math.abs(wide.table - Math.min(wide.page, 180 + 96 * wide.columns)) < 2, JSON.stringify(wide));
+  assert.match((await texts(`${SHOWN} .report-scale`))[0]!, /^none[0-9.]+ % of the frames$/);
+  await page.select(`${SHOWN} select[aria-label="Colour by"]`, 'worst');
+  assert.match((await texts(`${SHOWN} .report-scale`))[0]!, /^none[0-9.]+ mm$/);
+  const {width, height} = page.viewport()!;
+  await page.setViewport({width: 400, height});
+  const narrow = await sizes();
+  await page.setViewport({width, height});
+  assert(narrow.cell >= 24 && narrow.over <= 0, JSON.stringify(narrow));
+});
+
 test('a row opens its recording at its frame with its pair, and the way back is the browser\'s', async () => {
   await chooseTab('Intervals');
   await page.focus(`${SHOWN} tbody button`);

@@ -15,6 +15,7 @@ export class MatrixView {
   readonly #which = el('select', {'aria-label': 'Characters', change: () => this.#show()});
   readonly #measure = el('select', {'aria-label': 'Colour by', change: () => this.#show()},
     el('option', {value: 'share'}, 'share of frames'), el('option', {value: 'worst'}, 'worst contact'));
+  readonly #scale = el('span', {class: 'report-scale', role: 'img'});
   readonly #grid = el('div', {class: 'report-scroll'});
   readonly #note = el('p', {class: 'quiet'});
   readonly #words = el('p', {class: 'quiet', 'aria-live': 'polite'});
@@ -26,7 +27,7 @@ export class MatrixView {
     this.#onOpen = onOpen;
     this.element = el('div', {class: 'report-matrix'},
       el('div', {class: 'report-filters'}, el('label', {}, 'Characters ', this.#which),
-        el('label', {}, 'Colour by ', this.#measure)),
+        el('label', {}, 'Colour by ', this.#measure), this.#scale),
       this.#words, this.#grid, this.#note);
   }
 
@@ -50,6 +51,7 @@ export class MatrixView {
     const notes: string[] = [];
     if (rest > 0) notes.push(`The list has the worst ${MOST_CHARACTER_PAIRS} pairs of characters; filter for others.`);
     if (!chosen) {
+      this.#showScale('');
       this.#grid.replaceChildren();
       setText(this.#note, '');
       return;
@@ -58,7 +60,9 @@ export class MatrixView {
     if (matrix.leftOut > 0) notes.push(`${matrix.leftOut} links that touch the least are left out.`);
     const measure = this.#measure.value as Measure;
     const hottestPair = hottest(chosen.pairs, measure);
-    notes.unshift(this.#scale(hottestPair, measure));
+    if (!hottestPair) notes.unshift('No depth is known; record it with contacts.');
+    this.#showScale(!hottestPair ? '' : measure === 'share' ? `${shareText(hottestPair.share)} of the frames` :
+      severityText(hottestPair, this.#report.files[hottestPair.file]));
     setText(this.#note, notes.join(' '));
     const {columns, rows, cells} = matrix;
     const header = el('tr', {}, el('td'), ...columns.map((name) => el('th', {scope: 'col'}, el('span', {}, name))));
@@ -67,15 +71,16 @@ export class MatrixView {
     const table = el('table', {'aria-label': `Links of ${chosen.a} and ${chosen.b} that touch`},
       el('thead', {}, header), el('tbody', {}, ...body));
     table.addEventListener('keydown', (event) => walk(event));
+    table.style.setProperty('--columns', String(columns.length));
     this.#grid.replaceChildren(table);
     table.querySelector('button')?.setAttribute('tabindex', '0');
   }
 
-  #scale(pair: ReportPair | undefined, measure: Measure): string {
-    if (!pair) return 'No depth is known; record it with contacts.';
-    const most = measure === 'share' ? `${shareText(pair.share)} of the frames` :
-      severityText(pair, this.#report.files[pair.file]);
-    return `The warmest colour is ${most}, the coolest none.`;
+  // What the colours mean, from none to the most of all cells; empty: they mean nothing.
+  #showScale(most: string): void {
+    this.#scale.hidden = most === '';
+    this.#scale.setAttribute('aria-label', `The warmest colour is ${most}, the coolest none.`);
+    this.#scale.replaceChildren('none', el('i'), most);
   }
 
   #cell(pair: ReportPair | null, measure: Measure, hottestPair: ReportPair | undefined): HTMLTableCellElement {
