@@ -85,9 +85,10 @@ double read_not_negative(const std::string& option, const std::string& text) {
 FrameRange read_frame_range(const std::string& option, const std::string& text) {
   const std::size_t colon = text.find(':');
   FrameRange range;
-  if (colon == std::string::npos || !read_whole(text.substr(0, colon), range.first) ||
-      !read_whole(text.substr(colon + 1), range.end) || range.first >= range.end)
-    reject(option, text, "A:B with A below B: frames A to B - 1, counted from 0, for example 0:100");
+  const bool is_first_whole = colon == std::string::npos || read_whole(text.substr(0, colon), range.first);
+  const std::string end = colon == std::string::npos ? text : text.substr(colon + 1);
+  if (!is_first_whole || !read_whole(end, range.end) || range.first >= range.end)
+    reject(option, text, "N, the first N frames, or A:B with A below B: frames A to B - 1, for example 100:200");
   return range;
 }
 

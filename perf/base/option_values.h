@@ -34,7 +34,7 @@ double read_metres_per_unit(const std::string& option, const std::string& text);
 // A finite number that is 0 or above.
 double read_not_negative(const std::string& option, const std::string& text);
 
-// A:B with A < B.
+// A:B with A < B, or N for 0:N.
 FrameRange read_frame_range(const std::string& option, const std::string& text);
 
 // A frame counted from 0, or the word last, for which the result is empty.

@@ -83,8 +83,8 @@ void add_frames(CLI::App& command, QueryOptions& o) {
             o.all_frames = texts.empty() || texts[0].empty();
             if (!o.all_frames) o.frames = read_frame_range("--frames", texts[0]);
           },
-          "all frames, or frames A to B - 1: every query is asked in each")
-      ->type_name("[A:B]")
+          "all frames, the first N, or frames A to B - 1: every query is asked in each")
+      ->type_name("[N|A:B]")
       ->expected(0, 1)
       ->excludes(frame);
 }

@@ -56,8 +56,9 @@ Command add_record(CLI::App& app) {
   CLI::App& command = *app.add_subcommand("record", "record a built-in scene");
   add_read(command, "--scene", "NAME", o.scene, recorded_scene_help(), read_recorded_scene)->required();
   add_record_file(command, "--out", o.file, "the recording to write")->required();
-  add_read(command, "--frames", "A:B", o.frames,
-           "only frames A to B - 1, counted from 0; of a crowd A is 0 (default all; of a crowd 0:30)",
+  add_read(command, "--frames", "N|A:B", o.frames,
+           "only the first N frames, or frames A to B - 1, counted from 0; of a crowd A is 0 (default all; of a crowd"
+           " 30)",
            read_frame_range);
   add_number(command, "--characters", o.character_count, "of a crowd, how many characters (default 1000)", 1,
              kMaxCrowd);

@@ -124,7 +124,8 @@ void add_run_of_files(CLI::App& command, RunOptions& run, const std::string& mea
   run.policies.exact = Exact::kConvex;
   run.world.ignored_hops = kDefaultHops;
   add_world(command, run.world, meaning)->required();
-  add_read(command, "--frames", "A:B", run.frames, "only frames A to B - 1, counted from 0", read_frame_range);
+  add_read(command, "--frames", "N|A:B", run.frames, "only the first N frames, or frames A to B - 1, counted from 0",
+           read_frame_range);
   CLI::Option* self =
       command.add_flag("--self", run.within, "also test the links of each character against each other");
   add_number(command, "--hops", run.world.ignored_hops,

@@ -50,6 +50,11 @@ const Value& value_of(const std::vector<Value>& values, std::size_t file) {
 
 void check_files(const WorldOptions& options) {
   const std::size_t files = options.files.size();
+  for (const std::string& file : options.files) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored))
+      throw UsageError(file + " is a folder; `cab scan self FOLDER` and `cab scan pairs FOLDER` test what is in it");
+  }
   if (options.offsets.size() > files)
     throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +
                      std::to_string(files) + " files; give at most one per file, in their order");

@@ -312,7 +312,9 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--units", "inf"}, "--units"},
       {{"run", file, other, file, "--units", "1", "--units", "1"}, "2 times for 3 files"},
       {{"run", file, "--up", "w"}, "--up: 'w' is not x, y or z"},
-      {{"run", file, "--frames", "3"}, "--frames: '3' is not A:B"},
+      {{"run", figures.folder / ""}, "is a folder; `cab scan self FOLDER`"},
+      {{"run", file, "--frames", "0"}, "--frames: '0' is not N, the first N frames, or A:B"},
+      {{"run", file, "--frames", "x:3"}, "--frames: 'x:3' is not N, the first N frames, or A:B"},
       {{"run", file, "--frames", "3:3"}, "--frames"},
       {{"run", file, "--frames", "-1:3"}, "--frames"},
       {{"run", file, "--frames", "0:6"}, "stay within 0:5"},
@@ -624,6 +626,8 @@ TEST_CASE("a range of frames gives the rows of those frames") {
   CHECK(expected.size() > 1);
   CHECK(expected.size() < all.size());
   CHECK(lines_of(figures.hits({"--frames", range})) == expected);
+  CHECK(figures.hits({"--frames", std::to_string(first + 2)}) ==
+        figures.hits({"--frames", "0:" + std::to_string(first + 2)}));
 }
 
 TEST_CASE("hits do not depend on the blocks in which frames are worked") {

@@ -264,7 +264,7 @@ TEST_CASE("cab query says what was wrong and how to do it right") {
       {scene + Words{"--no-sandbox"}, "--no-sandbox is not for --scene uniform"},
       {scene + Words{"--frame", "last"}, "a scene has no last frame"},
       {scene + Words{"--frames"}, "a scene has no last frame"},
-      {scene + Words{"--frames", "3:3"}, "--frames: '3:3' is not A:B"},
+      {scene + Words{"--frames", "3:3"}, "--frames: '3:3' is not N"},
       {scene + Words{"--frame", "1", "--frames", "1:2"}, "--frame"},
       {scene + Words{"--characters", "0"}, "--characters"},
       {{files.motion, "--characters", "2"}, "--characters requires --scene"},
