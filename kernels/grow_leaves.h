@@ -264,12 +264,10 @@ CAB_INLINE void write_lane(float number, std::uint32_t lane, bool to_all, float 
   for (std::uint32_t from = 0; to_all && from < kLanes; from += kWidth<V>) Lanes<V>::store(row + from, V(number));
 }
 
-// Grows the boxes of one instance, leaves as lanes, to the same bits. links: by link, where it is, as rows. relatives:
-// room for the rows of SkinnedLeaves::relatives, a multiple of sixteen. out: by leaf; the lane of the instance is
-// written, and all lanes if it is the last one.
+// Writes where one instance's links are, seen from others. links: by link, where it is, as rows. relatives: receives
+// the rows of SkinnedLeaves::relatives, a multiple of sixteen.
 template <class V>
-CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* links, float* relatives, std::uint32_t lane,
-                           bool is_last, GrownTile* out) {
+CAB_INLINE void write_relatives(const SkinnedLeaves& skin, const float* links, float* relatives) {
   const auto count = static_cast<std::uint32_t>(skin.relatives.size);
   for (std::uint32_t first = 0; first < count; first += kWidth<V>) {
     const float *base[kWidth<V>], *link[kWidth<V>];
@@ -282,12 +280,19 @@ CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* links, float*
     }
     store_rows(relative_pose(load_rows<V>(base), load_rows<V>(link)), to);
   }
+}
+
+// Grows the boxes of one instance, leaves as lanes, to the same bits. relatives: what write_relatives writes.
+// take(leaves, grown) is called once for each kWidth<V> lanes of a block. Leaves without influences keep their boxes.
+template <class V, class Take>
+CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* relatives, Take&& take) {
   for (const LeafLanes& block : skin.lanes)
     for (std::uint32_t from = 0; from < kLanes; from += kWidth<V>) {
       const LeavesFrom<V> leaf = {block, from};
       Growth<V> along[3] = {begin_growth<0, V>(leaf), begin_growth<1, V>(leaf), begin_growth<2, V>(leaf)};
       const V base = size_of_leaf<V>(leaf);
       V pad(kMergePadTiny);
+      Mask<V> grows = V(0.0f) > V(0.0f);
       for (std::uint32_t r = block.first_round; r < block.first_round + block.rounds; ++r) {
         const InfluenceLanes& round = skin.rounds[r];
         const float* rows[kWidth<V>];
@@ -300,19 +305,31 @@ CAB_INLINE void grow_alone(const SkinnedLeaves& skin, const float* links, float*
         keep_influence<0>(leaf, by, seen, is_there, along[0]);
         keep_influence<1>(leaf, by, seen, is_there, along[1]);
         keep_influence<2>(leaf, by, seen, is_there, along[2]);
+        grows = either(grows, is_there);
       }
-      const GrownLanes<V> grown = finish_growth(leaf, along, pad);
-      alignas(64) float numbers[6][kWidth<V>];
-      const V each[6] = {grown.center.x, grown.center.y, grown.center.z, grown.half.x, grown.half.y, grown.half.z};
-      for (int f = 0; f < 6; ++f) Lanes<V>::store(numbers[f], each[f]);
-      for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
-        GrownTile& to = out[block.leaf[from + i]];
-        for (int c = 0; c < 3; ++c) {
-          write_lane<V>(numbers[c][i], lane, is_last, to.center[c]);
-          write_lane<V>(numbers[3 + c][i], lane, is_last, to.half[c]);
-        }
+      GrownLanes<V> grown = finish_growth(leaf, along, pad);
+      grown.center = choose<V>(grows, grown.center, {leaf.center(0), leaf.center(1), leaf.center(2)});
+      grown.half = choose<V>(grows, grown.half, {leaf.half(0), leaf.half(1), leaf.half(2)});
+      take(leaf, grown);
+    }
+}
+
+// Writes the grown boxes of one instance by leaf: to its lane, and to all lanes if it is the last one.
+template <class V>
+CAB_INLINE void grow_lane(const SkinnedLeaves& skin, const float* relatives, std::uint32_t lane, bool is_last,
+                          GrownTile* out) {
+  grow_alone<V>(skin, relatives, [&](const LeavesFrom<V>& leaves, const GrownLanes<V>& grown) {
+    alignas(64) float numbers[6][kWidth<V>];
+    const V each[6] = {grown.center.x, grown.center.y, grown.center.z, grown.half.x, grown.half.y, grown.half.z};
+    for (int f = 0; f < 6; ++f) Lanes<V>::store(numbers[f], each[f]);
+    for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
+      GrownTile& to = out[leaves.block.leaf[leaves.lane + i]];
+      for (int c = 0; c < 3; ++c) {
+        write_lane<V>(numbers[c][i], lane, is_last, to.center[c]);
+        write_lane<V>(numbers[3 + c][i], lane, is_last, to.half[c]);
       }
     }
+  });
 }
 
 }  // namespace cab::kernel

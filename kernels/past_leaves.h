@@ -83,7 +83,6 @@ void meet_past_leaves(PastLeaves& tile) {
     return Vec3<V>{Lanes<V>::load(from[0] + lane), Lanes<V>::load(from[1] + lane), Lanes<V>::load(from[2] + lane)};
   };
   constexpr std::uint32_t kFloats = pose_floats(PoseFormat::kQuaternionTranslation);
-  constexpr std::uint32_t kBoxFloats = sizeof(Box) / sizeof(float);
   const bool is_rotated = tile.orientations[0] != nullptr;
   RawPoses raw, rotations, later, local;
   read_raw<V>(tile.poses, 0, kFloats, raw);

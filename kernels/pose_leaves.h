@@ -9,6 +9,7 @@
 #include "layout/error_bounds.h"
 #include "layout/pose_coding.h"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace cab::kernel {
@@ -41,11 +42,16 @@ struct PoseTile {
   float* skin_rows = nullptr;
   GrownTile* grown = nullptr;
   std::uint32_t count = kLanes;  // of instances: later lanes repeat the last one
+  // Few instances with a skin: `leaves` are tiles of leaves as lanes (kFewInstances).
+  bool leaves_are_lanes = false;
 
   // Whether the boxes of a skin grow by lanes of leaves, one instance after the other, since lanes of instances would
   // be empty.
-  bool grows_alone() const { return grown && count <= 3; }
+  bool grows_alone() const { return grown && count <= kFewInstances; }
 };
+
+// How many numbers a box has.
+inline constexpr std::uint32_t kBoxFloats = sizeof(BoxTile) / (kLanes * sizeof(float));
 
 // Makes lanes point at `live` instances that follow each other, `stride` floats apart. The remaining lanes repeat the
 // last instance.
@@ -239,6 +245,16 @@ CAB_INLINE void clear_lanes(BoxTile& tile, std::uint32_t lane, Mask<V> keep) {
   store_box(tile, lane, box);
 }
 
+// The same for few instances with leaves as lanes. keep: bits of the instances from the first on that are not masked.
+template <class V>
+CAB_INLINE void clear_alone(const PoseTile& args, std::uint32_t first, std::uint32_t keep) {
+  const std::uint32_t tiles = tile_count(args.articulation->leaf_count);
+  for (std::uint32_t i = first; i < args.count && i < first + kWidth<V>; ++i)
+    for (std::uint32_t tile = i * tiles; !(keep >> (i - first) & 1) && tile < (i + 1) * tiles; ++tile)
+      for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
+        clear_lanes<V>(args.leaves[tile], lane, MaskFromBits<V>::get(0));
+}
+
 // What places sixteen instances besides the poses of their links.
 struct Placing {
   PoseCoding coding;
@@ -325,8 +341,56 @@ CAB_INLINE void grow_few(const PoseTile& args) {
     const std::uint32_t lane = left - 1;
     for (const PosedLink& posed : articulation.posed_links)
       write_row(args.skin[posed.link], lane, args.skin_rows + std::size_t{kRowFloats} * posed.link);
-    grow_alone<V>(articulation.skin, args.skin_rows, relatives, lane, left == args.count, args.grown);
+    write_relatives<V>(articulation.skin, args.skin_rows, relatives);
+    grow_lane<V>(articulation.skin, relatives, lane, left == args.count, args.grown);
   }
+}
+
+// Poses the leaves of one of few instances, leaves as lanes, to the same bits. The poses of its links were checked.
+// Returns whether all its boxes are in range.
+template <class V>
+CAB_INLINE bool pose_alone(const PoseTile& args, const RawPoses& rotations, std::uint32_t instance) {
+  const Articulation& articulation = *args.articulation;
+  const Placing placing = {args.coding, is_rotated(args) ? &rotations : nullptr, args.scales};
+  float* const relatives = args.skin_rows + std::size_t{kRowFloats} * articulation.link_count;
+  const auto row_of = [&args](std::uint32_t link) { return args.skin_rows + std::size_t{kRowFloats} * link; };
+  for (const PosedLink& posed : articulation.posed_links)
+    write_row(args.skin[posed.link], instance, row_of(posed.link));
+  write_relatives<V>(articulation.skin, args.skin_rows, relatives);
+  LaneChecks<float> checks = {true, true, true};  // not read
+  for (const PosedLink& posed : articulation.posed_links) {
+    float* const row = row_of(posed.link);
+    store_rows(place(load_motion<float>(args.skin[posed.link], instance), placing, instance, checks), &row);
+  }
+  BoxTile* const tiles = args.leaves + std::size_t{instance} * tile_count(articulation.leaf_count);
+  const PosePad pad = pad_of(is_rotated(args), args.pads);
+  const V margin = V(args.margins[instance]) * V(args.pads), range(args.range);
+  bool all_in_range = true;
+  grow_alone<V>(articulation.skin, relatives, [&](const LeavesFrom<V>& leaves, const GrownLanes<V>& grown) {
+    const LeafLanes& block = leaves.block;
+    const float* rows[kWidth<V>];
+    for (std::uint32_t i = 0; i < kWidth<V>; ++i) rows[i] = row_of(block.link[leaves.lane + i]);
+    BoxLanes<V> box = {grown.center, {}, grown.half};
+    for (int k = 0; k < 3; ++k) box.axis[k] = {leaves.axis(k, 0), leaves.axis(k, 1), leaves.axis(k, 2)};
+    box = pose_scaled_boxes(load_rows<V>(rows), box, pad, margin);
+    all_in_range =
+        all_in_range && bits(both(in_range(box.center, range), in_range(box.half, range))) == (1u << kWidth<V>)-1;
+    const V each[kBoxFloats] = {box.center.x,  box.center.y,  box.center.z,  box.axis[0].x, box.axis[0].y,
+                                box.axis[0].z, box.axis[1].x, box.axis[1].y, box.axis[1].z, box.axis[2].x,
+                                box.axis[2].y, box.axis[2].z, box.half.x,    box.half.y,    box.half.z};
+    alignas(64) float numbers[kBoxFloats][kWidth<V>];
+    for (std::uint32_t f = 0; f < kBoxFloats; ++f) Lanes<V>::store(numbers[f], each[f]);
+    for (std::uint32_t i = 0; i < kWidth<V>; ++i) {
+      const std::uint32_t leaf = block.leaf[leaves.lane + i];
+      float* const to = reinterpret_cast<float*>(tiles + leaf / kLanes) + leaf % kLanes;
+      for (std::uint32_t f = 0; f < kBoxFloats; ++f) to[f * kLanes] = numbers[f][i];
+    }
+  });
+  const std::uint32_t last = articulation.leaf_count - 1;
+  float* const end = reinterpret_cast<float*>(tiles + last / kLanes);
+  for (std::uint32_t f = 0; f < kBoxFloats; ++f)
+    std::fill(end + f * kLanes + last % kLanes, end + (f + 1) * kLanes, end[f * kLanes + last % kLanes]);
+  return all_in_range;
 }
 
 // Poses one link and its leaves in the lanes that V covers. raw: its pose; with a skin args.skin has it already.
@@ -353,6 +417,7 @@ CAB_INLINE void pose_link(const PoseTile& args, const PosedLink& posed, const Ra
     checks.in_range = both(checks.in_range, in_range(at));
     store3(args.joints[posed.link].at, lane, at);
   }
+  if (kSkinned && args.leaves_are_lanes) return;
   const PosePad pad = pad_of(is_rotated(args), args.pads);
   const V margin = Lanes<V>::load(args.margins + lane) * V(args.pads);
   for (std::uint32_t i = posed.leaf_begin; i < posed.leaf_end; ++i) {
@@ -445,18 +510,28 @@ void pose_tile(const PoseTile& args) {
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       store_motion(args.skin[link], lane, link_pose(poses, args.coding, lane, checks[lane / kWidth<V>]));
   }
-  if (kSkinned && args.grows_alone()) grow_few<V>(args);
+  const bool alone = kSkinned && args.leaves_are_lanes;
+  if (kSkinned && !alone && args.grows_alone()) grow_few<V>(args);
   for (const PosedLink& posed : articulation.posed_links) {
     const RawPoses& link = kSkinned ? raw : read_link<V>(args, posed.link, raw);
     for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
       pose_link<kAs>(args, posed, link, rotations, lane, checks[lane / kWidth<V>]);
   }
+  for (std::uint32_t i = 0; alone && i < args.count; ++i)
+    if (!pose_alone<V>(args, rotations, i)) {
+      Mask<V>& in_range = checks[i / kWidth<V>].in_range;
+      in_range = both(in_range, MaskFromBits<V>::get(~(1u << i % kWidth<V>)));
+    }
 
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const LaneChecks<V>& check = checks[lane / kWidth<V>];
     if (write_flags(check, args.flags + lane)) continue;
     const Mask<V> keep = both(check.finite, both(check.rigid, check.in_range));
-    for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf) clear_lanes<V>(args.leaves[leaf], lane, keep);
+    if (alone)
+      clear_alone<V>(args, lane, bits(keep));
+    else
+      for (std::uint32_t leaf = 0; leaf < articulation.leaf_count; ++leaf)
+        clear_lanes<V>(args.leaves[leaf], lane, keep);
     clear_links<V>(args, lane, keep);
   }
 }

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <numeric>
 #include <vector>
 
 namespace cab {
@@ -372,6 +373,7 @@ void store(const ArticulationDesc& desc, const std::vector<LeafFit>& fits,
 void write_lane(const Box& box, std::uint32_t link, std::uint16_t leaf, std::uint32_t lane, const SkinnedLeaves& skin,
                 LeafLanes& block, InfluenceLanes* rounds) {
   block.leaf[lane] = leaf;
+  block.link[lane] = static_cast<std::uint16_t>(link);
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < 3; ++k) block.axis[k][c][lane] = box.axis[k][c];
     block.center[c][lane] = box.center[c];
@@ -389,14 +391,14 @@ void write_lane(const Box& box, std::uint32_t link, std::uint16_t leaf, std::uin
   }
 }
 
-// Lists the leaves with influences as lanes.
+// Lists the leaves as lanes, if any has influences.
 void list_lanes(const ArticulationDesc& desc, Span<const Box> boxes, Arena& arena, SkinnedLeaves& out) {
   const auto count_of = [&out](std::uint16_t leaf) {
     return out.influence_begin[leaf + 1u] - out.influence_begin[leaf];
   };
-  std::vector<std::uint16_t> leaves;
-  for (std::size_t leaf = 0; leaf < desc.leaves.size; ++leaf)
-    if (count_of(static_cast<std::uint16_t>(leaf)) > 0) leaves.push_back(static_cast<std::uint16_t>(leaf));
+  if (out.empty()) return;
+  std::vector<std::uint16_t> leaves(desc.leaves.size);
+  std::iota(leaves.begin(), leaves.end(), std::uint16_t{0});
   std::stable_sort(leaves.begin(), leaves.end(),
                    [&](std::uint16_t x, std::uint16_t y) { return count_of(x) > count_of(y); });
   std::uint32_t round_count = 0;

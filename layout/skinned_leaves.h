@@ -40,12 +40,12 @@ struct OwnVertices {
 // The most links that move a leaf besides its own.
 inline constexpr std::uint32_t kMaxInfluences = 32;
 
-// Sixteen leaves with influences as lanes, to grow the boxes of one instance. Those with most influences come first;
-// the last block repeats its last leaf. `rounds` is how many influences the first leaf has.
+// Sixteen leaves as lanes, to grow the boxes of one instance. Those with most influences come first; the last block
+// repeats its last leaf. `rounds` is how many influences the first leaf has.
 struct alignas(64) LeafLanes {
   float axis[3][3][kLanes], center[3][kLanes], half[3][kLanes];  // as in BoxTile
   float own_center[3][kLanes], own_half[3][kLanes];              // OwnVertices
-  std::uint16_t leaf[kLanes];
+  std::uint16_t leaf[kLanes], link[kLanes];
   std::uint32_t first_round, rounds;  // of SkinnedLeaves::rounds
 };
 
@@ -65,7 +65,7 @@ struct SkinnedLeaves {
   Span<const LeafInfluence> influences;       // by leaf
   Span<const std::uint32_t> influence_begin;  // by leaf; then the end
   Span<const OwnVertices> own;                // by leaf; not read of those without influences
-  Span<const LeafLanes> lanes;
+  Span<const LeafLanes> lanes;                // all leaves, each once but for the last
   Span<const InfluenceLanes> rounds;
 
   bool empty() const { return influences.empty(); }

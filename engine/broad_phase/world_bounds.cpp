@@ -28,6 +28,20 @@ void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, c
     batch.bounds[instances.instance[lane]] = world_bounds(batch, instances.instance[lane], all, lane);
 }
 
+void bound_few_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
+                         const AabbTile* leaves) {
+  const std::uint32_t tiles = tile_count(batch.active->leaf_count);
+  for (std::uint32_t i = 0; i < instances.count; ++i) {
+    AabbTile all;
+    kernels.bound_together(leaves + i * tiles, tiles, &all);
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      all.lo[c][0] = *std::min_element(all.lo[c], all.lo[c] + kLanes);
+      all.hi[c][0] = *std::max_element(all.hi[c], all.hi[c] + kLanes);
+    }
+    batch.bounds[instances.instance[i]] = world_bounds(batch, instances.instance[i], all, 0);
+  }
+}
+
 InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, float margin) {
   const float* const given = batch.input->bounds.data + 6 * std::size_t{instance};
   double most = 0;

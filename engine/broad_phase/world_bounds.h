@@ -21,6 +21,10 @@ InstanceBounds world_bounds(const InstanceBatch& batch, std::uint32_t instance, 
 void bound_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
                      const AabbTile* leaves);
 
+// The same for few instances. leaves: tiles of leaves as lanes (kFewInstances).
+void bound_few_instances(const kernel::KernelTable& kernels, InstanceBatch& batch, const TileInstances& instances,
+                         const AabbTile* leaves);
+
 // The world bounds of an instance by the bounds that the caller gives for it. They hold those of bound_instances with a
 // margin, if the caller's hold the leaf boxes of compute_boxes.
 InstanceBounds given_bounds(const InstanceBatch& batch, std::uint32_t instance, float margin);

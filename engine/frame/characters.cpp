@@ -116,12 +116,15 @@ struct FirstPass {
     PoseScratch& posing = worker.pose;
     BoxTile* const boxes = batch.keeps_boxes ? batch.leaf_boxes.data : posing.boxes.data;
     AabbTile* const bounds = batch.keeps_boxes ? batch.leaf_bounds.data : posing.bounds.data;
+    const bool by_leaves = keeps_leaves_as_lanes(batch, frame.policies.refit);
+    const RefitScope scope = by_leaves ? RefitScope::kLeavesAsLanes : RefitScope::kLeaves;
     const std::uint32_t live =
-        update_and_flag_tile(frame, {&batch, instances, RefitScope::kLeaves, boxes, bounds}, posing, worker.stats);
+        update_and_flag_tile(frame, {&batch, instances, scope, boxes, bounds}, posing, worker.stats);
     set_live(instances, live, batch);
+    const std::uint32_t leaves = posed_articulation(*batch.active).leaf_count;
     if (!is_axis_aligned(frame.policies.refit))
-      frame.kernels.bound_boxes(boxes, posed_articulation(*batch.active).leaf_count, bounds);
-    bound_instances(frame.kernels, batch, instances, bounds);
+      frame.kernels.bound_boxes(boxes, by_leaves ? instances.count * tile_count(leaves) : leaves, bounds);
+    (by_leaves ? bound_few_instances : bound_instances)(frame.kernels, batch, instances, bounds);
     for (std::uint32_t left = live; left; left &= left - 1) {
       const std::uint32_t instance = instances.instance[lowest_bit(left)];
       place(instance);

@@ -6,6 +6,8 @@
 #include "engine/step/update.h"
 #include "layout/leaf_bounds_soa.h"
 
+#include <algorithm>
+
 namespace cab {
 namespace {
 
@@ -97,12 +99,40 @@ std::uint32_t acquire_slot(const FrameContext& frame, std::uint32_t batch, std::
   return find_entry(set, key).slot;
 }
 
+namespace {
+
+// Copies the boxes of few instances and their bounds from tiles of leaves as lanes.
+void copy_leaves(const FrameContext& frame, const InstanceBatch& batch, const PosedTile& tile) {
+  const std::uint32_t leaves = batch.active->leaf_count, width = leaf_bounds_width(leaves);
+  float* bounds = tile.leaf_bounds;
+  for (std::uint32_t i = 0; i < tile.instances.count; ++i) {
+    const std::uint32_t begin = i * tile_count(leaves);
+    for (std::uint32_t first = 0; first < leaves; first += kLanes)
+      frame.kernels.boxes_to_aos(&batch.leaf_boxes[begin + first / kLanes], 1, std::min(kLanes, leaves - first),
+                                 tile.boxes + std::size_t{i} * tile.nodes + first, 1);
+    if (!compares_leaf_bounds(frame.policies.strategy)) continue;
+    for (std::uint32_t side = 0; side < 6; ++side, bounds += width) {
+      for (std::uint32_t first = 0; first < leaves; first += kLanes) {
+        const AabbTile& from = batch.leaf_bounds[begin + first / kLanes];
+        std::copy_n(side < 3 ? from.lo[side] : from.hi[side - 3], kLanes, bounds + first);
+      }
+      std::fill(bounds + leaves, bounds + width, side < 3 ? kNoLeafLo : -kNoLeafLo);
+    }
+  }
+}
+
+}  // namespace
+
 std::uint32_t pose_set(const FrameContext& frame, PosedSet& set, PoseScratch& scratch) {
   const Policies& policies = frame.policies;
   const kernel::KernelTable& kernels = frame.kernels;
   std::uint32_t posed = 0;
   for (const PosedTile& tile : set.tiles) {
     const InstanceBatch& batch = frame.batch(tile.batch);
+    if (keeps_leaves_as_lanes(batch, policies.refit)) {
+      copy_leaves(frame, batch, tile);
+      continue;
+    }
     const std::uint32_t leaves = batch.active->leaf_count, count = tile.instances.count;
     const BoxTile* const boxes = batch.keeps_boxes ? batch.leaf_boxes.data : scratch.boxes.data;
     const AabbTile* const bounds = batch.keeps_boxes ? batch.leaf_bounds.data : scratch.bounds.data;

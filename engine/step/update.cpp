@@ -46,6 +46,7 @@ kernel::PoseTile pose_job(const FrameContext& frame, const TileUpdate& tile, Pos
   pose.skin = scratch.skin.data;
   pose.skin_rows = scratch.skin_rows.data;
   pose.grown = scratch.grown.data;
+  pose.leaves_are_lanes = tile.scope == RefitScope::kLeavesAsLanes;
   const bool of_links = batch.active != batch.articulation;
   if (of_links) pose.range = kLinkRange * kMaxCoordinate;
   if (of_links || is_reach_lod(*batch.articulation)) pose.pads = kLinkPads;
@@ -109,7 +110,7 @@ std::uint32_t pose_and_refit(const FrameContext& frame, const TileUpdate& tile, 
   const kernel::PoseTile pose = pose_job(frame, tile, scratch, flags, own);
   frame.kernels.pose_leaves(pose);
   if (flags_of == FlagsOf::kLeaves) mask_by_leaves(frame, *tile.batch, pose);
-  if (tile.scope != RefitScope::kNone) refit(frame, tile, pose, scratch);
+  if (tile.scope != RefitScope::kNone && !pose.leaves_are_lanes) refit(frame, tile, pose, scratch);
   if (tile.scope == RefitScope::kAllNodes) keep_lod(frame, tile);
   std::uint32_t out = 0;
   for (std::uint32_t lane = 0; lane < tile.instances.count; ++lane)

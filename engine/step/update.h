@@ -10,12 +10,20 @@ namespace cab {
 struct PoseScratch;
 
 // How much of a hierarchy the refit policy makes from the posed leaf boxes. kNone: nothing. kLeaves: the leaves as the
-// policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes.
-enum class RefitScope : std::uint8_t { kNone, kLeaves, kAllNodes };
+// policy keeps them, as boxes or as axis-aligned bounds. kAllNodes: all nodes. kLeavesAsLanes: the leaf boxes of few
+// instances with a skin, in tiles of leaves as lanes (kFewInstances).
+enum class RefitScope : std::uint8_t { kNone, kLeaves, kAllNodes, kLeavesAsLanes };
 
 // What a strategy tests. The leaves of a level of nodes are inner nodes.
 inline RefitScope refit_scope(Strategy strategy, const Articulation& articulation) {
   return strategy == Strategy::kTree || articulation.lod.posed ? RefitScope::kAllNodes : RefitScope::kLeaves;
+}
+
+// Whether boxes of a batch that are kept (BoundInput::keeps_boxes) are in tiles of leaves as lanes.
+inline bool keeps_leaves_as_lanes(const InstanceBatch& batch, Refit refit) {
+  const std::uint32_t count = active_count(batch), leaves = batch.active->leaf_count;
+  return batch.keeps_boxes && batch.active == batch.articulation && !is_axis_aligned(refit) && count <= kFewInstances &&
+         count * tile_count(leaves) <= leaves;
 }
 
 // One tile to update, and where its nodes go. Of a level of nodes, kLeaves makes the leaves of its articulation, and

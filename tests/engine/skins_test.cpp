@@ -1,4 +1,5 @@
 // Articulations with a skin: frames and queries take their boxes, by every strategy, and other calls refuse them.
+#include "layout/tile.h"
 #include "perf/harness/world.h"
 #include "perf/judge/oracle/containment.h"
 #include "perf/judge/oracle/random_skins.h"
@@ -152,18 +153,20 @@ TEST_CASE("frames of skins have the same hits by every strategy, instruction set
 }
 
 TEST_CASE("a batch that one tile holds has the hits of a larger one, and none of its instances is posed again") {
-  constexpr std::uint32_t kGiven = 12, kFrames = 4;
+  constexpr std::uint32_t kFrames = 4;
   Random random(79);
   std::size_t hits_seen = 0;
   const std::uint64_t count = rounds(40);
   for (std::uint64_t round = 0; round < count; ++round) {
     const auto regime = static_cast<SkinRegime>(round % kSkinRegimeCount);
+    // The boxes of few are posed with leaves as lanes.
+    const std::uint32_t given = round / 3 % 2 == 0 ? 12 : 2 + random.index(kFewInstances - 1);
     const SkinRig rig = random_skin(random, regime);
-    const Poses first = random_skin_poses(random, rig, kGiven, PoseFormat::kMatrix3x4Rows, 1, 0.1, 2);
+    const Poses first = random_skin_poses(random, rig, given, PoseFormat::kMatrix3x4Rows, 1, 0.1, 2);
     std::vector<std::uint32_t> listed;
-    for (std::uint32_t i = 0; i < kGiven; ++i)
-      if (i + 1 == kGiven || random.chance(0.7)) listed.push_back(i);
-    std::vector<std::uint8_t> moved(kGiven);
+    for (std::uint32_t i = 0; i < given; ++i)
+      if (i + 1 == given || random.chance(0.7)) listed.push_back(i);
+    std::vector<std::uint8_t> moved(given);
     for (std::uint8_t& one : moved) one = random.chance(0.5);
     constexpr Refit kRefits[] = {Refit::kCab, Refit::kAabbHull, Refit::kCovariance};
     std::vector<Hit> found[2][kFrames];
@@ -171,16 +174,16 @@ TEST_CASE("a batch that one tile holds has the hits of a larger one, and none of
       const EnginePtr engine = make_engine({});
       ArticulationId articulation;
       require(add_articulation(*engine, rig.desc(), &articulation));
-      const BatchId batch = add_instances(*engine, articulation, large ? kCount : kGiven);
+      const BatchId batch = add_instances(*engine, articulation, large ? kCount : given);
       const PairRule rules[] = {{batch, batch, Pairing::kBetween}, {batch, batch, Pairing::kWithin}};
       Poses poses = first;
       for (std::uint32_t frame = 0; frame < kFrames; ++frame) {
         if (frame == 3)
-          for (std::uint32_t i = 0; i < kGiven; ++i)
+          for (std::uint32_t i = 0; i < given; ++i)
             for (std::uint32_t link = 0; link < poses.link_count && moved[i]; ++link)
               poses.pose(i, link)[3] += static_cast<float>(0.2 * rig.size);
         BatchInput input = poses.input(batch);
-        input.count = kGiven;
+        input.count = given;
         if (frame == 1) input.instances = listed;
         if (frame >= 2) input.moved = moved;  // in the third frame all count as moved
         FrameJob job;
@@ -193,7 +196,8 @@ TEST_CASE("a batch that one tile holds has the hits of a larger one, and none of
         REQUIRE(run_frame(*engine, job) == Status::kOk);
         hits.resize(job.hit_count);
         hits_seen += hits.size();
-        if (frame < 2 && regime != SkinRegime::kRigid && job.stats.candidates > 0)
+        // Of some bodies of one leaf one link moves all.
+        if (frame < 2 && regime != SkinRegime::kRigid && rig.leaves.size() > 1 && job.stats.candidates > 0)
           CHECK((job.stats.instances_posed > 0) == large);
       }
     }

@@ -119,7 +119,7 @@ TEST_CASE("few instances have the same boxes as in a full tile, on every instruc
     const Poses poses = random_skin_poses(random, rig, kLanes, kFormats[round % 3], 3, 0.3, 5);
     for (const kernel::KernelTable* table : available_kernels()) {
       const PosedSkin full = pose_skin(*table, built.articulation, poses);
-      for (const std::uint32_t few : {1u, 2u, 3u, 4u}) {
+      for (const std::uint32_t few : {1u, 2u, 5u, 6u}) {
         const PosedSkin part = pose_skin(*table, built.articulation, poses, {}, few);
         for (std::size_t leaf = 0; leaf < rig.leaves.size(); ++leaf)
           for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
@@ -132,6 +132,50 @@ TEST_CASE("few instances have the same boxes as in a full tile, on every instruc
     }
   }
   CHECK(compared >= least_count(10000, 300));
+}
+
+TEST_CASE("few instances with leaves as lanes have the boxes and the flags of lanes of instances") {
+  Random random(kSeed + 8);
+  std::size_t compared = 0, bad = 0, far = 0, rigid = 0;
+  const std::uint64_t count = rounds(300);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    const SkinRig rig = random_skin(random, static_cast<SkinRegime>(round % oracle::kSkinRegimeCount));
+    const BuiltSkin built(rig);
+    const Articulation& articulation = built.articulation;
+    if (articulation.skin.empty()) continue;
+    Poses poses = random_skin_poses(random, rig, kLanes, kFormats[round % 3], 3, 0.3, 5);
+    float margins[kLanes] = {};
+    for (float& m : margins) m = static_cast<float>(0.1 * random.uniform(0, rig.size));
+    if (random.chance(0.2)) poses.pose(random.index(3), articulation.skin.relatives[0])[2] = std::nanf("");
+    // A range that is less than how far a box of the second instance is.
+    const PosedSkin near = pose_skin(*kernel::find_kernels(Isa::kAuto), articulation, poses, margins);
+    const float some = std::fabs(near.leaves[articulation.leaf_count - 1].center[0][1]);
+    const float range = random.chance(0.3) ? 0.999f * some : kMaxCoordinate;
+    for (const kernel::KernelTable* table : available_kernels())
+      for (const std::uint32_t few : {1u, 2u, 5u}) {
+        const PosedSkin expected = pose_skin(*table, articulation, poses, margins, few, false, range),
+                        got = pose_skin(*table, articulation, poses, margins, few, true, range);
+        CAPTURE(name_of(*table));
+        for (std::uint32_t i = 0; i < few; ++i) {
+          REQUIRE(got.flags[i] == expected.flags[i]);
+          far += got.flags[i] != kInstanceOk && range < kMaxCoordinate;
+          bad += got.flags[i] != kInstanceOk && range == kMaxCoordinate;
+          const std::uint32_t tiles = tile_count(articulation.leaf_count);
+          for (std::uint32_t n = 0; n < tiles * kLanes; ++n) {
+            const std::uint32_t leaf = std::min(n, articulation.leaf_count - 1);
+            REQUIRE(same_bits(oracle::get(got.leaves[i * tiles + n / kLanes], n % kLanes),
+                              oracle::get(expected.leaves[leaf], i)));
+            rigid += articulation.skin.influence_begin[leaf] == articulation.skin.influence_begin[leaf + 1];
+            ++compared;
+          }
+        }
+      }
+  }
+  MESSAGE(compared << " boxes, " << rigid << " that do not grow; " << bad << " bad poses, " << far << " out of range");
+  CHECK(compared >= least_count(50000, 300));
+  CHECK(rigid > 0);
+  CHECK(bad > 0);
+  CHECK(far > 0);
 }
 
 TEST_CASE("boxes of a bent limb are little larger than those about its skinned vertices") {

@@ -17,11 +17,12 @@ struct PosedSkin {
 };
 
 // margins: by how much boxes grow besides, by instance. count: how many instances are posed; the last one is repeated.
+// leaves_are_lanes, range: as in PoseTile.
 inline PosedSkin pose_skin(const kernel::KernelTable& kernels, const Articulation& articulation,
                            const oracle::Poses& poses, const float (&margins)[kLanes] = {},
-                           std::uint32_t count = kLanes) {
+                           std::uint32_t count = kLanes, bool leaves_are_lanes = false, float range = kMaxCoordinate) {
   PosedSkin out;
-  out.leaves.resize(articulation.leaf_count);
+  out.leaves.resize(leaves_are_lanes ? count * tile_count(articulation.leaf_count) : articulation.leaf_count);
   std::vector<PointTile> joints(articulation.link_count);
   std::vector<MotionTile> skin(skin_tiles(articulation));
   std::vector<kernel::GrownTile> grown(articulation.leaf_count);
@@ -44,6 +45,8 @@ inline PosedSkin pose_skin(const kernel::KernelTable& kernels, const Articulatio
   job.skin_rows = reinterpret_cast<float*>(rows.data());  // aligned like these
   job.grown = grown.data();
   job.count = count;
+  job.leaves_are_lanes = leaves_are_lanes;
+  job.range = range;
   job.flags = out.flags;
   kernels.pose_leaves(job);
   return out;
