@@ -321,7 +321,7 @@ inline constexpr double kTriangleTinyDouble = 0x1p-1000;
 inline constexpr float kFarTriangles = 0x1p126f;
 
 // How far on either side of the margin a triangle touches a convex part for certain, or is apart from it, over all
-// lengths of the pair together. 64 u; step 21.9: 40 u.
+// lengths of the pair together. 64 u; step 21.9: 42 u.
 inline constexpr float kPartRounding = 0x1p-18f;
 
 // ------------------------------------------------------------------------------------- round leaves, motions, sine

@@ -223,8 +223,11 @@ NearPart near_part(const PlacedShape& placed, const double (&shift)[3], const Ex
   const double size = static_cast<double>(skin.size) + away, reach = pose.scale * static_cast<double>(shape.reach);
   const double within = static_cast<double>(margin) + static_cast<double>(kSurfaceError) * size;
   NearPart out;
-  out.part = {skin, patches_of(leaf), shape.kind, 0, {}, {}, {}, rounded_up(within)};
-  out.part.scale = scale_of_reach(rounded_up(size + reach + within));
+  const float scale = scale_of_reach(rounded_up(size + reach + within));
+  const double by_scale = static_cast<double>(scale);
+  out.part = {skin, patches_of(leaf), &shape, scale, {}, {}, {}, 0, 0, rounded_up(within)};
+  out.part.stretch = static_cast<float>(pose.scale * by_scale);
+  out.part.reach = rounded_up(reach * by_scale);
   const bool is_round = shape.kind == ConvexKind::kRound;
   const bool is_plane = shape.kind == ConvexKind::kHalfSpace;
   const bool is_far = !is_plane && kernel::max_component(kernel::abs(by)) > kMostShift;
@@ -235,7 +238,7 @@ NearPart near_part(const PlacedShape& placed, const double (&shift)[3], const Ex
     const double axes[3] = {axis.x, axis.y, axis.z};
     const float length = shape.kind == ConvexKind::kCylinder && k == 1 ? shape.size[0] : shape.size[k];
     const double half = pose.scale * static_cast<double>(length);
-    out.part.half[k] = static_cast<float>(half * static_cast<double>(out.part.scale));
+    out.part.half[k] = static_cast<float>(half * by_scale);
     for (std::size_t c = 0; c < 3; ++c) {
       out.part.axis[k][c] = static_cast<float>(axes[c]);
       extent[c] += is_round && k == 0 ? half : std::fabs(axes[c]) * half;

@@ -9,10 +9,11 @@
 namespace cab::kernel {
 
 // When GJK gives up: after this many support points, or when a step shortens the square of the distance by less than
-// this share.
+// this share. any: at the first lane that touches too.
 struct GjkLimits {
   std::uint32_t steps;
   double progress;
+  bool any = false;
 };
 inline constexpr GjkLimits kGjkInFloat = {24, kGjkProgress}, kGjkInDouble = {200, kGjkProgressDouble};
 
@@ -169,6 +170,7 @@ CAB_INLINE ConvexAnswer gjk(const GjkPair<V>& pair, const GjkLimits& limits, std
     const std::uint32_t touching = bits(either(contains, near)) & active;
     answer.touching |= touching;
     active &= ~touching;
+    if (limits.any && touching) break;
   }
   return answer;
 }

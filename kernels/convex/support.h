@@ -8,6 +8,11 @@
 
 namespace cab::kernel {
 
+// Whether hull_vertex_by_lane is faster than hull_vertex for each of so many lanes.
+CAB_INLINE bool pays_by_lane(std::uint32_t lanes, const ConvexShape& hull) {
+  return lanes > 1 && 6 * lanes >= 6 + hull.vertex_count;
+}
+
 // The hulls of lanes. Lanes in a row that have the same hull are a run if there are many of them.
 template <class V>
 struct HullLanes {
@@ -26,7 +31,7 @@ struct HullLanes {
       end = begin + 1;
       while (end < kWidth<V> && shapes[end] == shapes[begin]) ++end;
       const std::uint32_t lanes = (1u << end) - (1u << begin);
-      if (!pays(end - begin, *shapes[begin])) {
+      if (!pays_by_lane(end - begin, *shapes[begin])) {
         one_by_one |= lanes;
         continue;
       }
@@ -34,11 +39,6 @@ struct HullLanes {
       for (std::uint32_t lane = begin; lane < end; ++lane) run_of[lane] = static_cast<float>(run_count);
       runs[run_count++] = {shapes[begin], lanes};
     }
-  }
-
-  // Whether hull_vertex_by_lane is faster than hull_vertex for each lane.
-  static CAB_INLINE bool pays(std::uint32_t lanes, const ConvexShape& hull) {
-    return lanes > 1 && 6 * lanes >= 6 + hull.vertex_count;
   }
 };
 
@@ -114,20 +114,34 @@ CAB_INLINE Vec3<V> hull_vertex_by_lane(const ConvexShape& hull, const Vec3<V>& d
   return out;
 }
 
-// The vertices of the hulls in the lanes that are set in `active`. Other lanes may hold anything.
-template <class V>
-CAB_INLINE Vec3<V> hull_vertices(const HullLanes<V>& hulls, const Vec3<V>& d, std::uint32_t active) {
+// The vertices of hulls in the given lanes, one after the other. hull_of(lane): the hull.
+template <class V, class HullOf>
+CAB_INLINE Vec3<V> hull_vertices_in_turn(const HullOf& hull_of, const Vec3<V>& d, std::uint32_t lanes) {
   alignas(64) float along[3][kWidth<V>], point[3][kWidth<V>] = {};
   const V components[3] = {d.x, d.y, d.z};
   for (int c = 0; c < 3; ++c) Lanes<V>::store(along[c], components[c]);
-  for (std::uint32_t lanes = hulls.one_by_one & active; lanes; lanes &= lanes - 1) {
+  for (; lanes; lanes &= lanes - 1) {
     const std::uint32_t lane = lowest_bit(lanes);
-    const ConvexShape& hull = *hulls.shapes[lane];
+    const ConvexShape& hull = hull_of(lane);
     float vertex[3];
     hull_vertex<V>(hull, {along[0][lane], along[1][lane], along[2][lane]}, vertex);
     for (int c = 0; c < 3; ++c) point[c][lane] = vertex[c] * hull.unit;
   }
-  Vec3<V> out = {Lanes<V>::load(point[0]), Lanes<V>::load(point[1]), Lanes<V>::load(point[2])};
+  return {Lanes<V>::load(point[0]), Lanes<V>::load(point[1]), Lanes<V>::load(point[2])};
+}
+
+// The vertices of one hull in the lanes that are set in `active`. Other lanes may hold anything.
+template <class V>
+CAB_INLINE Vec3<V> hull_vertices(const ConvexShape& hull, const Vec3<V>& d, std::uint32_t active) {
+  if (pays_by_lane(count_bits(active), hull)) return V(hull.unit) * hull_vertex_by_lane(hull, d);
+  return hull_vertices_in_turn([&hull](std::uint32_t) -> const ConvexShape& { return hull; }, d, active);
+}
+
+// The same of the hulls of lanes.
+template <class V>
+CAB_INLINE Vec3<V> hull_vertices(const HullLanes<V>& hulls, const Vec3<V>& d, std::uint32_t active) {
+  const auto hull_of = [&hulls](std::uint32_t lane) -> const ConvexShape& { return *hulls.shapes[lane]; };
+  Vec3<V> out = hull_vertices_in_turn(hull_of, d, hulls.one_by_one & active);
   for (std::uint32_t i = 0; i < hulls.run_count; ++i) {
     if (!(hulls.runs[i].lanes & active)) continue;
     const ConvexShape& hull = *hulls.runs[i].hull;

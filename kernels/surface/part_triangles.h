@@ -1,6 +1,7 @@
 // The triangles of a leaf against one convex part, triangles as lanes.
 #pragma once
 
+#include "kernels/convex/gjk.h"
 #include "kernels/surface/skin_leaf.h"
 #include "kernels/surface/test_triangles.h"
 #include "layout/convex_shape.h"
@@ -12,14 +13,16 @@ namespace cab::kernel {
 struct SurfacePart {
   SkinnedLeaf skin;
   const TrianglePatch* patches;
-  ConvexKind kind;
+  const ConvexShape* shape;
   // A power of two: the lengths of the pair together, times this, are at most 1 (docs/proof.md, step 21.9).
   float scale;
   float center[3];
   float axis[3][3];
   // Times the scale. Of a round part radius, unused, half length; else of a box about it, along its axes.
   float half[3];
-  float margin;  // triangles that are as near touch
+  float stretch;  // the scale, times that of the part's pose
+  float reach;    // ConvexShape::reach, times that
+  float margin;   // triangles that are as near touch
 };
 
 // The corners of triangles in the frame of the part, times the scale.
@@ -44,22 +47,16 @@ struct PartLimits {
   V touching, apart;
 };
 
-// The lanes of each answer.
 template <class V>
-struct PartLanes {
-  Mask<V> touching, apart;
-};
-
-template <class V>
-CAB_INLINE PartLanes<V> test_half_space(const TriangleLanes<V>& triangle, const PartLimits<V>& limits) {
+CAB_INLINE ConvexAnswer test_half_space(const TriangleLanes<V>& triangle, const PartLimits<V>& limits) {
   const V lowest = min(min(triangle.corner[0].z, triangle.corner[1].z), triangle.corner[2].z);
-  return {lowest <= limits.touching, lowest > limits.apart};
+  return {bits(lowest > limits.apart), bits(lowest <= limits.touching)};
 }
 
 // All points within the radius of a segment along z. Of the ways from triangle to segment the shortest decides: it is
 // short enough, or the planes across it are far enough from each other.
 template <bool kIsBall, class V>
-CAB_INLINE PartLanes<V> test_round(const TriangleLanes<V>& triangle, V radius, V half_length,
+CAB_INLINE ConvexAnswer test_round(const TriangleLanes<V>& triangle, V radius, V half_length,
                                    const PartLimits<V>& limits) {
   const V zero(0.0f);
   const TriangleShape<V> shape = shape_of(triangle);
@@ -92,7 +89,7 @@ CAB_INLINE PartLanes<V> test_round(const TriangleLanes<V>& triangle, V radius, V
   const V length = sqrt(way_sq);
   const V nearest = zero - max(max(dot(way, corner[0]), dot(way, corner[1])), dot(way, corner[2]));
   const Mask<V> is_apart = nearest - half_length * abs(way.z) > (radius + limits.apart) * length;
-  return {length <= radius + limits.touching, both(is_apart, length > V(kPartRounding))};
+  return {bits(both(is_apart, length > V(kPartRounding))), bits(length <= radius + limits.touching)};
 }
 
 // How far a triangle and a box are apart along a direction, beyond the limit. begin, end: where the triangle's corners
@@ -104,14 +101,22 @@ CAB_INLINE V beyond_box(const Vec3<V>& direction, V begin, V end, const Vec3<V>&
   return max(begin, zero - end) - (dot(half, size) + (limit * sum(size) + V(kTriangleTiny)));
 }
 
+// How far a triangle and a box are apart along an axis of it.
+template <class V>
+CAB_INLINE V beyond_sides(const TriangleLanes<V>& triangle, const Vec3<V>& half) {
+  const V zero(0.0f);
+  const Vec3<V>(&corner)[3] = triangle.corner;
+  const Vec3<V> least = min(min(corner[0], corner[1]), corner[2]), most = max(max(corner[0], corner[1]), corner[2]);
+  return max_component(max(least, Vec3<V>{zero, zero, zero} - most) - half);
+}
+
 // The lanes whose triangles are apart from a box: along an axis of it, the normal, or a product of an axis and an edge.
 template <class V>
 CAB_INLINE Mask<V> apart_from_box(const TriangleLanes<V>& triangle, const TriangleShape<V>& shape, const Vec3<V>& half,
                                   V limit) {
   const V zero(0.0f);
   const Vec3<V>(&corner)[3] = triangle.corner;
-  const Vec3<V> least = min(min(corner[0], corner[1]), corner[2]), most = max(max(corner[0], corner[1]), corner[2]);
-  V beyond = max_component(max(least, Vec3<V>{zero, zero, zero} - most) - half) - limit;
+  V beyond = beyond_sides(triangle, half) - limit;
   const V heights[3] = {dot(shape.normal, corner[0]), dot(shape.normal, corner[1]), dot(shape.normal, corner[2])};
   beyond = max(beyond, beyond_box(shape.normal, least_of(heights), most_of(heights), half, limit));
   for (int i = 0; i < 3; ++i) {
@@ -166,26 +171,54 @@ CAB_INLINE Mask<V> touches_box(const TriangleLanes<V>& triangle, const TriangleS
   return either(out, both(inside, both(dot(way, way) <= within_sq, limit > zero)));
 }
 
+// For parts of any kind but half spaces and round ones: along the axes of a box about them, then by GJK.
 template <class V>
-CAB_INLINE PartLanes<V> test_in_part(const TriangleLanes<V>& triangle, const SurfacePart& part,
-                                     const PartLimits<V>& limits) {
+CAB_INLINE ConvexAnswer test_by_gjk(const TriangleLanes<V>& triangle, const SurfacePart& part, const Vec3<V>& half,
+                                    V margin, const PartLimits<V>& limits, std::uint32_t active) {
+  const Vec3<V>(&corner)[3] = triangle.corner;
+  const std::uint32_t beyond = bits(beyond_sides(triangle, half) > limits.apart) & active;
+  if (beyond == active) return {beyond, 0};
+  // The first corner counts as the centre of the triangle, but for where GJK begins.
+  const Vec3<V> first = corner[1] - corner[0], second = corner[2] - corner[0];
+  const V reach = V(part.reach) + sqrt(max(dot(first, first), dot(second, second)));
+  const V rounding = V(kTetrahedronRounding) * ((reach + sqrt(dot(corner[0], corner[0]))) * (reach * reach));
+  const ConvexKind kind = part.shape->kind;
+  const GjkPair<V> pair = {(corner[0] + corner[1]) + corner[2], margin, V(kPartRounding), rounding};
+  constexpr GjkLimits kLimits = {kGjkInFloat.steps, kGjkInFloat.progress, true};
+  ConvexAnswer answer = gjk(pair, kLimits, active & ~beyond, [&](const Vec3<V>& d, std::uint32_t lanes) {
+    const Vec3<V> farthest = kind == ConvexKind::kHull ? V(part.stretch) * hull_vertices(*part.shape, d, lanes)
+                                                       : support_by_size(kind, half, d);
+    const V heights[3] = {dot(d, corner[0]), dot(d, corner[1]), dot(d, corner[2])};
+    const V lowest = least_of(heights);
+    const Vec3<V> other = choose<V>(heights[1] <= lowest, corner[1], corner[2]);
+    return farthest - choose<V>(heights[0] <= lowest, corner[0], other);
+  });
+  answer.apart |= beyond;
+  return answer;
+}
+
+// active: the lanes that are asked for.
+template <class V>
+CAB_INLINE ConvexAnswer test_in_part(const TriangleLanes<V>& triangle, const SurfacePart& part, V margin,
+                                     std::uint32_t active) {
+  const PartLimits<V> limits = {margin - V(kPartRounding), margin + V(kPartRounding)};
   const Vec3<V> half = {V(part.half[0]), V(part.half[1]), V(part.half[2])};
-  if (part.kind == ConvexKind::kHalfSpace) return test_half_space(triangle, limits);
-  if (part.kind == ConvexKind::kRound)
+  const ConvexKind kind = part.shape->kind;
+  if (kind == ConvexKind::kHalfSpace) return test_half_space(triangle, limits);
+  if (kind == ConvexKind::kRound)
     return part.half[2] == 0 ? test_round<true>(triangle, half.x, half.z, limits)
                              : test_round<false>(triangle, half.x, half.z, limits);
+  if (kind != ConvexKind::kBox) return test_by_gjk(triangle, part, half, margin, limits, active);
   const TriangleShape<V> shape = shape_of(triangle);
-  PartLanes<V> out = {V(0.0f) > V(0.0f), apart_from_box(triangle, shape, half, limits.apart)};
-  if (part.kind == ConvexKind::kBox) out.touching = touches_box(triangle, shape, half, limits.touching);
-  return out;
+  return {bits(apart_from_box(triangle, shape, half, limits.apart)),
+          bits(touches_box(triangle, shape, half, limits.touching))};
 }
 
 // Tests triangles of a leaf, each named by kLanes times its patch, and its lane. Returns whether one of them touches
 // the part. Else *count becomes that of triangles that are undecided, which are the first ones then, in their order.
 template <class V>
 bool test_part(const SurfacePart& part, std::uint32_t* triangles, std::uint32_t* count) {
-  const V margin = V(part.scale) * V(part.margin), rounding(kPartRounding);
-  const PartLimits<V> limits = {margin - rounding, margin + rounding};
+  const V margin = V(part.scale) * V(part.margin);
   std::uint32_t left = 0;
   for (std::uint32_t first = 0; first < *count; first += kLanes) {
     const std::uint32_t used = *count - first < kLanes ? *count - first : kLanes;
@@ -198,13 +231,14 @@ bool test_part(const SurfacePart& part, std::uint32_t* triangles, std::uint32_t*
     }
     CornerTile tile;
     load_corners<V>(corners, tile);
-    std::uint32_t apart = 0;
+    std::uint32_t open = (2u << (used - 1)) - 1;
     for (std::uint32_t lane = 0; lane < used; lane += kWidth<V>) {
-      const PartLanes<V> answer = test_in_part(triangles_in_part<V>(tile, lane, part), part, limits);
-      if (bits(answer.touching)) return true;
-      apart |= bits(answer.apart) << lane;
+      const ConvexAnswer answer =
+          test_in_part(triangles_in_part<V>(tile, lane, part), part, margin, open >> lane & ((1u << kWidth<V>)-1));
+      if (answer.touching) return true;
+      open &= ~(answer.apart << lane);
     }
-    for (std::uint32_t undecided = ~apart & ((2u << (used - 1)) - 1); undecided; undecided &= undecided - 1)
+    for (std::uint32_t undecided = open; undecided; undecided &= undecided - 1)
       triangles[left++] = triangles[first + lowest_bit(undecided)];
   }
   *count = left;

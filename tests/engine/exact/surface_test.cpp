@@ -393,6 +393,59 @@ TEST_CASE("triangles touch balls, capsules, boxes, hulls, half spaces and static
   CHECK(apart >= least_count(300, 60));
 }
 
+TEST_CASE("triangles touch hulls, cylinders and ellipsoids of scaled instances where these are") {
+  const float corners[] = {-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, 0, 0, 1};
+  for (const ShapeKind kind : {ShapeKind::kConvexHull, ShapeKind::kCylinder, ShapeKind::kEllipsoid}) {
+    CAPTURE(static_cast<int>(kind));
+    ConvexPart part;
+    part.kind = kind;
+    std::fill_n(part.size, 3, 1.0f);
+    if (kind == ShapeKind::kConvexHull) part.vertices = corners;
+    Leaf leaf;
+    leaf.box = {{0, 0, 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {1, 1, 1}};
+    leaf.parts = {&part, 1};
+    const std::int32_t root = -1;
+    ArticulationDesc body;
+    body.link_parents = {&root, 1};
+    body.leaves = {&leaf, 1};
+    SkinRig rig;
+    rig.parents = {-1};
+    rig.influence_count = 1;
+    rig.vertices = {-0.1f, -0.1f, 0, 0.1f, -0.1f, 0, 0, 0.1f, 0};
+    rig.links = {0, 0, 0};
+    rig.weights = {1, 1, 1};
+    rig.leaves.resize(1);
+    rig.triangles = {{0, 1, 2}};
+    rig.leaves[0].triangles = rig.triangles[0];
+    const EnginePtr engine = make_engine();
+    ArticulationId skin, convex;
+    require(add_articulation(*engine, rig.desc(), &skin));
+    require(add_articulation(*engine, body, &convex));
+    const float scale = 3;
+    BatchInput inputs[2];
+    inputs[0].batch = add_instances(*engine, skin, 1);
+    inputs[1].batch = add_instances(*engine, convex, 1);
+    inputs[1].scales = {&scale, 1};
+    const float pose[] = {0, 0, 0, 1, 0, 0, 0};
+    for (BatchInput& input : inputs) input.poses.data = pose;
+    const PairRule rule = {inputs[0].batch, inputs[1].batch, Pairing::kBetween};
+    const auto touch = [&](double height) {
+      const double origin[3] = {0, 0, height};
+      inputs[0].origins = origin;
+      FrameJob job;
+      job.policies.exact = Exact::kSurface;
+      job.inputs = inputs;
+      job.rules = {&rule, 1};
+      Hit hit;
+      job.hits = {&hit, 1};
+      require(run_frame(*engine, job));
+      return job.hit_count == 1;
+    };
+    CHECK(touch(2.9));
+    CHECK_FALSE(touch(3.1));
+  }
+}
+
 TEST_CASE("triangles of one instance that share a vertex do not touch, and others do") {
   SkinRig rig;
   rig.parents = {-1, 0};
