@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <vector>
 
@@ -46,6 +47,14 @@ void set_bind(const SkinDesc& skin, SurfaceBone& bone) {
           skin.inverse_bind.empty() ? (k == c ? 1.0f : 0.0f) : skin.inverse_bind[16 * bone.link + 4 * k + c];
 }
 
+// Whether the matrix of a bone is the identity.
+bool binds_nothing(const SurfaceBone& bone) {
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (bone.bind[k][c] != (k == c ? 1.0f : 0.0f)) return false;
+  return true;
+}
+
 // The largest number on the way of a vertex to a link's frame: the sum over rows of |B| |v| + |b|.
 double reach_of(const SurfaceBone& bone, const float* v) {
   double out = 0;
@@ -74,8 +83,11 @@ class SurfaceList {
   explicit SurfaceList(const ArticulationDesc& desc) : skin_(desc.skin), leaves_(desc.leaves) {}
 
   void list(std::size_t leaf) {
-    SurfaceLeaf out = {static_cast<std::uint32_t>(bones_.size()),   0, static_cast<std::uint32_t>(blocks_.size()), 0,
-                       static_cast<std::uint32_t>(patches_.size()), 0};
+    SurfaceLeaf out = {};
+    out.bone_begin = static_cast<std::uint32_t>(bones_.size());
+    out.block_begin = static_cast<std::uint32_t>(blocks_.size());
+    out.patch_begin = static_cast<std::uint32_t>(patches_.size());
+    out.bounds_begin = static_cast<std::uint32_t>(bounds_.size());
     if (leaves_[leaf].triangles.size > 0) {
       list_vertices(leaves_[leaf]);
       list_bones(out.bone_begin);
@@ -85,6 +97,8 @@ class SurfaceList {
     out.bone_count = static_cast<std::uint32_t>(bones_.size()) - out.bone_begin;
     out.block_count = static_cast<std::uint32_t>(blocks_.size()) - out.block_begin;
     out.patch_count = static_cast<std::uint32_t>(patches_.size()) - out.patch_begin;
+    if (out.bone_count == 1 && binds_nothing(bones_.back())) list_bounds(out);
+    out.bounds_count = static_cast<std::uint32_t>(bounds_.size()) - out.bounds_begin;
     listed_.push_back(out);
   }
 
@@ -94,6 +108,8 @@ class SurfaceList {
     out.blocks = constant(arena.copy(Span<const VertexBlock>(blocks_)));
     out.influences = constant(arena.copy(Span<const BlockInfluence>(influences_)));
     out.patches = constant(arena.copy(Span<const TrianglePatch>(patches_)));
+    out.bounds = constant(arena.copy(Span<const AabbTile>(bounds_)));
+    out.places = constant(arena.copy(Span<const float>(places_)));
     for (const SurfaceLeaf& leaf : listed_) {
       out.most_bones = std::max(out.most_bones, leaf.bone_count);
       out.most_blocks = std::max(out.most_blocks, leaf.block_count);
@@ -167,6 +183,35 @@ class SurfaceList {
       for (const auto& [bone, influence] : by_bone) influences_.push_back(influence);
       block.influence_count = static_cast<std::uint32_t>(by_bone.size());
       blocks_.push_back(block);
+      for (std::size_t lane = 0; lane < kLanes; ++lane)
+        for (std::size_t c = 0; c < 4; ++c) places_.push_back(c < 3 ? block.place[c][lane] : 0);
+    }
+  }
+
+  // Bounds of the triangles of a leaf where its vertices are given, and of its patches.
+  void list_bounds(const SurfaceLeaf& leaf) {
+    constexpr float kNone = std::numeric_limits<float>::infinity();
+    AabbTile none;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::fill_n(none.lo[c], kLanes, kNone);
+      std::fill_n(none.hi[c], kLanes, -kNone);
+    }
+    const std::size_t begin = bounds_.size(), tiles = tile_count(leaf.patch_count);
+    bounds_.resize(begin + leaf.patch_count + tiles, none);
+    for (std::uint32_t p = 0; p < leaf.patch_count; ++p) {
+      const TrianglePatch& patch = patches_[leaf.patch_begin + p];
+      AabbTile &bounds = bounds_[begin + p], &all = bounds_[begin + leaf.patch_count + p / kLanes];
+      for (std::size_t lane = 0; lane < patch.count; ++lane)
+        for (const auto& corner : patch.corner) {
+          const VertexBlock& block = blocks_[leaf.block_begin + corner[lane] / kLanes];
+          for (std::size_t c = 0; c < 3; ++c) {
+            const float at = block.place[c][corner[lane] % kLanes];
+            bounds.lo[c][lane] = std::min(bounds.lo[c][lane], at);
+            bounds.hi[c][lane] = std::max(bounds.hi[c][lane], at);
+            all.lo[c][p % kLanes] = std::min(all.lo[c][p % kLanes], at);
+            all.hi[c][p % kLanes] = std::max(all.hi[c][p % kLanes], at);
+          }
+        }
     }
   }
 
@@ -232,6 +277,8 @@ class SurfaceList {
   std::vector<VertexBlock> blocks_;
   std::vector<BlockInfluence> influences_;
   std::vector<TrianglePatch> patches_;
+  std::vector<AabbTile> bounds_;
+  std::vector<float> places_;
   // Of the leaf that is listed.
   std::vector<MovedVertex> vertices_;
   std::map<std::uint32_t, std::uint32_t> place_of_;  // by vertex of the skin

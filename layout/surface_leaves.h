@@ -43,7 +43,8 @@ struct TrianglePatch {
 struct SurfaceLeaf {
   std::uint32_t bone_begin, bone_count;
   std::uint32_t block_begin, block_count;
-  std::uint32_t patch_begin, patch_count;  // no patches: the leaf has no triangles
+  std::uint32_t patch_begin, patch_count;    // no patches: the leaf has no triangles
+  std::uint32_t bounds_begin, bounds_count;  // no bounds: not one link alone moves the leaf, in its frame
 };
 
 // What an articulation has of its skin besides the boxes (layout/skinned_leaves.h).
@@ -53,6 +54,10 @@ struct SurfaceLeaves {
   Span<const VertexBlock> blocks;
   Span<const BlockInfluence> influences;
   Span<const TrianglePatch> patches;
+  // Of leaves that one link moves, in whose frame their vertices are: bounds there, as SkinnedLeaf::bounds has them.
+  // And the vertices of all leaves: x y z 0 of each, in the order of blocks.
+  Span<const AabbTile> bounds;
+  Span<const float> places;
   std::uint32_t most_blocks = 0, most_patches = 0, most_bones = 0;  // of one leaf
   // The skin as the caller has given it, for double. inverse_bind: 16 floats per link, or none.
   Span<const float> vertices;

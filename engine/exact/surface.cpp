@@ -65,6 +65,60 @@ struct SurfaceTest {
   }
 };
 
+// Whether a leaf can be tested where it is given, without being skinned: one link moves it, by a pose whose rotation is
+// exact to the rounding of doubles.
+bool is_rigid(const ExactLeaf& leaf) {
+  return leaf.batch->articulation->surface.leaves[leaf.leaf].bounds_count > 0 &&
+         coding_of(*leaf.batch).format == PoseFormat::kQuaternionTranslation;
+}
+
+// One of two rigid leaves, and the pose of its link.
+struct RigidSide {
+  kernel::PlacedSurface surface;
+  const SurfaceBone& bone;
+  kernel::RigidLanes<double> pose;
+};
+
+RigidSide rigid_side(const ExactLeaf& leaf) {
+  const SurfaceLeaves& surface = leaf.batch->articulation->surface;
+  const SurfaceLeaf& of = surface.leaves[leaf.leaf];
+  const SurfaceBone& bone = surface.bones[of.bone_begin];
+  return {{surface.places.data + std::size_t{4} * kLanes * of.block_begin, surface.bounds.data + of.bounds_begin},
+          bone,
+          pose_in_double(stored_pose(*leaf.batch, leaf.instance, bone.link))};
+}
+
+// Writes what places the vertices of a rigid leaf, and returns how large numbers are on the way.
+float place_side(const ExactLeaf& leaf, const SurfaceBone& bone, float (&to)[kernel::kBoneFloats]) {
+  const InstanceBatch& batch = *leaf.batch;
+  return kernel::place_bone({nullptr, nullptr, coding_of(batch), nullptr, orientation_of(batch, leaf.instance),
+                             scale_of(batch, leaf.instance), nullptr, nullptr},
+                            bone, pose_of(batch, leaf.instance, bone.link), to);
+}
+
+// Writes the matrix that takes points of the frame of `from` to that of `to`, and returns by how much bounds there have
+// to grow. shift: the origin of from's instance less that of to's.
+float turn_side(const RigidSide& from, const RigidSide& to, const Double3& shift, double margin,
+                float (&out)[kernel::kBoneFloats]) {
+  const double by = 1 / to.pose.scale;
+  const auto seen = [&](const Double3& v) {
+    const Double3(&axis)[3] = to.pose.column;
+    return by * Double3{kernel::dot(axis[0], v), kernel::dot(axis[1], v), kernel::dot(axis[2], v)};
+  };
+  const Double3 between = (from.pose.translation - to.pose.translation) + shift;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Double3 column = seen(k < 3 ? from.pose.scale * from.pose.column[k] : between);
+    out[3 * k] = static_cast<float>(column.x);
+    out[3 * k + 1] = static_cast<float>(column.y);
+    out[3 * k + 2] = static_cast<float>(column.z);
+  }
+  const double size_from = from.pose.scale * static_cast<double>(from.bone.reach),
+               size_to = to.pose.scale * static_cast<double>(to.bone.reach);
+  const double numbers = (kernel::sum(kernel::abs(from.pose.translation)) + kernel::sum(kernel::abs(shift))) +
+                         (kernel::sum(kernel::abs(to.pose.translation)) + (size_from + size_to));
+  return rounded_up(by * (margin + static_cast<double>(kSurfaceError) * numbers) + static_cast<double>(kTriangleTiny));
+}
+
 // The corners of a triangle that is a hull of three vertices.
 PlacedTriangle placed_corners(const PlacedShape& triangle, const double (&shift)[3]) {
   const kernel::RigidLanes<double> pose = pose_in_double(triangle.at);
@@ -143,29 +197,35 @@ void find_touching_triangles(const FrameContext& frame, const ExactLeaf& a, cons
   origin_difference(a, b, test.shift);
   for (const double by : test.shift)
     if (std::fabs(by) > kMostShift) return;
+  const std::uint32_t patches_in_a = a.batch->articulation->surface.leaves[a.leaf].patch_count,
+                      patches_in_b = b.batch->articulation->surface.leaves[b.leaf].patch_count;
+  const auto run = [&](const kernel::PlacedSurface& at_a, const kernel::PlacedSurface& at_b, float size,
+                       const kernel::RigidSurfaces* rigid) {
+    kernel::SurfacePair pair = {at_a,   at_b, patches_of(a), patches_of(b), patches_in_a, patches_in_b, {}, 0,
+                                margin, 0,    rigid};
+    for (std::uint32_t c = 0; c < 3; ++c) {
+      pair.shift[c] = static_cast<float>(test.shift[c]);
+      size += std::fabs(pair.shift[c]);
+    }
+    pair.error = kSurfaceError * size;
+    pair.reach = rounded_up(static_cast<double>(pair.error) + test.margin);
+    frame.kernels.test_surfaces(pair, &test, [](void* test_of, const kernel::TrianglePairs& pairs) {
+      return static_cast<const SurfaceTest*>(test_of)->take(pairs);
+    });
+  };
+  if (is_rigid(a) && is_rigid(b)) {
+    const RigidSide side_a = rigid_side(a), side_b = rigid_side(b);
+    kernel::RigidSurfaces rigid;
+    const float size = place_side(a, side_a.bone, rigid.place[0]) + place_side(b, side_b.bone, rigid.place[1]);
+    const Double3 shift = {test.shift[0], test.shift[1], test.shift[2]};
+    rigid.reach[0] = turn_side(side_b, side_a, shift, test.margin, rigid.turn[0]);
+    rigid.reach[1] = turn_side(side_a, side_b, -1.0 * shift, test.margin, rigid.turn[1]);
+    return run(side_a.surface, side_b.surface, size, &rigid);
+  }
   const SkinCounts counts = {stats.leaves_skinned, stats.leaves_replaced};
   const kernel::SkinnedLeaf &skin_a = skinned(frame, a, nullptr, cache, counts),
                             &skin_b = skinned(frame, b, &skin_a, cache, counts);
-  kernel::SurfacePair pair = {skin_a,
-                              skin_b,
-                              patches_of(a),
-                              patches_of(b),
-                              a.batch->articulation->surface.leaves[a.leaf].patch_count,
-                              b.batch->articulation->surface.leaves[b.leaf].patch_count,
-                              {},
-                              0,
-                              margin,
-                              0};
-  float size = skin_a.size + skin_b.size;
-  for (std::uint32_t c = 0; c < 3; ++c) {
-    pair.shift[c] = static_cast<float>(test.shift[c]);
-    size += std::fabs(pair.shift[c]);
-  }
-  pair.error = kSurfaceError * size;
-  pair.reach = rounded_up(static_cast<double>(pair.error) + test.margin);
-  frame.kernels.test_surfaces(pair, &test, [](void* test_of, const kernel::TrianglePairs& pairs) {
-    return static_cast<const SurfaceTest*>(test_of)->take(pairs);
-  });
+  run(skin_a, skin_b, skin_a.size + skin_b.size, nullptr);
 }
 
 bool surfaces_touch(const FrameContext& frame, const ExactLeaf& a, const ExactLeaf& b, float margin, SkinCache& cache,
@@ -196,7 +256,7 @@ bool touch_triangle(const FrameContext& frame, const ExactLeaf& leaf, const kern
   kernel::empty_lanes(bounds[0], 1);
   bounds[1] = bounds[0];
   kernel::SurfacePair pair = {skin,
-                              {vertices, bounds, 0},
+                              {vertices, bounds},
                               patches_of(leaf),
                               &kOne,
                               leaf.batch->articulation->surface.leaves[leaf.leaf].patch_count,

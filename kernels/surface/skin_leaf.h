@@ -53,6 +53,15 @@ CAB_INLINE float place_bone(const SkinLeaf& args, const SurfaceBone& bone, const
   return at.scale * bone.reach + sum(abs(at.translation));
 }
 
+// Points where a matrix of kBoneFloats takes them.
+template <class V>
+CAB_INLINE Vec3<V> moved_by(const float* matrix, const Vec3<V>& point) {
+  const auto row = [&](std::uint32_t c) {
+    return (V(matrix[c]) * point.x + V(matrix[3 + c]) * point.y) + (V(matrix[6 + c]) * point.z + V(matrix[9 + c]));
+  };
+  return {row(0), row(1), row(2)};
+}
+
 // The vertices of one block, in the lanes that V covers.
 template <class V>
 CAB_INLINE Vec3<V> skin_block(const VertexBlock& block, const BlockInfluence* influences, const float* bones,
@@ -61,12 +70,8 @@ CAB_INLINE Vec3<V> skin_block(const VertexBlock& block, const BlockInfluence* in
   const V zero(0.0f);
   Vec3<V> out = {zero, zero, zero};
   for (std::uint32_t i = 0; i < block.influence_count; ++i) {
-    const float* const to = bones + kBoneFloats * influences[i].bone;
     const V weight = Lanes<V>::load(influences[i].weight + lane);
-    const auto row = [&](std::uint32_t c) {
-      return (V(to[c]) * place.x + V(to[3 + c]) * place.y) + (V(to[6 + c]) * place.z + V(to[9 + c]));
-    };
-    out = out + weight * Vec3<V>{row(0), row(1), row(2)};
+    out = out + weight * moved_by(bones + kBoneFloats * influences[i].bone, place);
   }
   return out;
 }
@@ -106,22 +111,33 @@ CAB_INLINE void load_corners(const float* const (&corners)[3][kLanes], CornerTil
                          {out.at[i][0] + lane, out.at[i][1] + lane, out.at[i][2] + lane, out.at[i][3] + lane});
 }
 
-// Bounds of the triangles of one patch.
 template <class V>
-CAB_INLINE void bound_patch(const TrianglePatch& patch, const float* vertices, AabbTile& out) {
+CAB_INLINE void store_bounds(const Vec3<V>& lo, const Vec3<V>& hi, std::uint32_t lane, AabbTile& out) {
+  const V least[3] = {lo.x, lo.y, lo.z}, most[3] = {hi.x, hi.y, hi.z};
+  for (std::uint32_t c = 0; c < 3; ++c) {
+    Lanes<V>::store(out.lo[c] + lane, least[c]);
+    Lanes<V>::store(out.hi[c] + lane, most[c]);
+  }
+}
+
+// Bounds of the triangles of one patch, in a frame to which a matrix takes the vertices, or, if it is null, in theirs.
+template <class V>
+CAB_INLINE void bound_patch(const TrianglePatch& patch, const float* vertices, const float* matrix, AabbTile& out) {
   const float* corners[3][kLanes];
   for (std::uint32_t i = 0; i < 3; ++i)
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
       corners[i][lane] = vertices + std::size_t{4} * patch.corner[i][lane];
   CornerTile tile;
   load_corners<V>(corners, tile);
-  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>)
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      const V a = Lanes<V>::load(tile.at[0][c] + lane), b = Lanes<V>::load(tile.at[1][c] + lane),
-              d = Lanes<V>::load(tile.at[2][c] + lane);
-      Lanes<V>::store(out.lo[c] + lane, min(min(a, b), d));
-      Lanes<V>::store(out.hi[c] + lane, max(max(a, b), d));
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    Vec3<V> at[3];
+    for (std::uint32_t i = 0; i < 3; ++i) {
+      at[i] = {Lanes<V>::load(tile.at[i][0] + lane), Lanes<V>::load(tile.at[i][1] + lane),
+               Lanes<V>::load(tile.at[i][2] + lane)};
+      if (matrix) at[i] = moved_by(matrix, at[i]);
     }
+    store_bounds(min(min(at[0], at[1]), at[2]), max(max(at[0], at[1]), at[2]), lane, out);
+  }
 }
 
 // Skins the vertices of a leaf, and bounds its triangles and its patches.
@@ -150,7 +166,7 @@ void skin_leaf(const SkinLeaf& args) {
   for (std::uint32_t p = 0; p < leaf.patch_count; ++p) {
     const TrianglePatch& patch = surface.patches[leaf.patch_begin + p];
     AabbTile& bounds = out.bounds[p];
-    bound_patch<V>(patch, out.vertices, bounds);
+    bound_patch<V>(patch, out.vertices, nullptr, bounds);
     AabbTile& all = out.bounds[leaf.patch_count + p / kLanes];
     for (std::uint32_t c = 0; c < 3; ++c) {
       all.lo[c][p % kLanes] = lowest_of(bounds.lo[c], patch.count);

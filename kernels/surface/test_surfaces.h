@@ -6,15 +6,32 @@
 
 namespace cab::kernel {
 
-// Two skinned leaves.
+// The vertices and bounds of a leaf, as SkinnedLeaf has them.
+struct PlacedSurface {
+  PlacedSurface(const SkinnedLeaf& leaf) : vertices(leaf.vertices), bounds(leaf.bounds) {}
+  PlacedSurface(const float* its_vertices, const AabbTile* its_bounds) : vertices(its_vertices), bounds(its_bounds) {}
+
+  const float* vertices;
+  const AabbTile* bounds;
+};
+
+// Of two leaves that one link each moves, and that are given in the frames of these links.
+struct RigidSurfaces {
+  float place[2][kBoneFloats];  // takes vertices of a, and of b, where place_bone does
+  float turn[2][kBoneFloats];   // takes points of b's frame to a's, and of a's frame to b's
+  float reach[2];               // the margin and all rounding, in the frame of a and of b
+};
+
+// Two leaves, both skinned or both rigid.
 struct SurfacePair {
-  SkinnedLeaf a, b;
+  PlacedSurface a, b;
   const TrianglePatch *patches_a, *patches_b;
   std::uint32_t patch_count_a, patch_count_b;
   float shift[3];  // the origin of b less that of a
   float error;     // how far a coordinate of a vertex of b less one of a may be from the truth
   float margin;
-  float reach;  // margin + error, rounded up
+  float reach;                           // margin + error, rounded up; not read of rigid ones
+  const RigidSurfaces* rigid = nullptr;  // null: both are skinned
 };
 
 // Up to sixteen pairs of triangles, each named by kLanes times its patch, and its lane. With masks of those that touch,
@@ -89,8 +106,12 @@ CAB_NOINLINE bool TriangleQueue<V>::test() {
   for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
     const std::uint32_t active = used >> lane & ((1u << kWidth<V>)-1);
     if (!active) break;
-    const TriangleLanes<V> a = triangle_lanes<V>(tile_a, lane);
-    TriangleLanes<V> b = triangle_lanes<V>(tile_b, lane);
+    TriangleLanes<V> a = triangle_lanes<V>(tile_a, lane), b = triangle_lanes<V>(tile_b, lane);
+    if (job_.rigid)
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        a.corner[i] = moved_by(job_.rigid->place[0], a.corner[i]);
+        b.corner[i] = moved_by(job_.rigid->place[1], b.corner[i]);
+      }
     for (Vec3<V>& corner : b.corner) corner = corner + shift;
     const ConvexAnswer answer = test_triangles(a, b, V(job_.error), V(job_.margin), active);
     apart |= answer.apart << lane;
@@ -111,10 +132,100 @@ CAB_INLINE void grown_box(const AabbTile& tile, std::uint32_t lane, const float 
   }
 }
 
+// Boxes about the boxes of a tile in another frame. Empty ones become NaNs, which are nowhere.
+template <class V>
+CAB_INLINE void turn_boxes(const AabbTile& tile, const float* matrix, AabbTile& out) {
+  const V half(0.5f);
+  for (std::uint32_t lane = 0; lane < kLanes; lane += kWidth<V>) {
+    const Vec3<V> lo = load3<V>(tile.lo, lane), hi = load3<V>(tile.hi, lane);
+    const Vec3<V> middle = moved_by(matrix, half * (lo + hi)), size = half * (hi - lo);
+    const auto row = [&](std::uint32_t c) {
+      return (abs(V(matrix[c])) * size.x + abs(V(matrix[3 + c])) * size.y) + abs(V(matrix[6 + c])) * size.z;
+    };
+    const Vec3<V> turned = {row(0), row(1), row(2)};
+    store_bounds(middle - turned, middle + turned, lane, out);
+  }
+}
+
+// A box of b in the frames of a and of b, grown by how near a may be.
+struct BoxInFrames {
+  float lo[2][3], hi[2][3];
+};
+
+CAB_INLINE BoxInFrames grown_in_frames(const AabbTile& in_a, const AabbTile& in_b, std::uint32_t lane,
+                                       const RigidSurfaces& rigid) {
+  constexpr float kNoShift[3] = {};
+  BoxInFrames out;
+  grown_box(in_a, lane, kNoShift, rigid.reach[0], out.lo[0], out.hi[0]);
+  grown_box(in_b, lane, kNoShift, rigid.reach[1], out.lo[1], out.hi[1]);
+  return out;
+}
+
+// The lanes of tiles of the same boxes in both frames that overlap a box in both.
+template <class V>
+CAB_INLINE std::uint32_t lanes_near(const AabbTile& in_a, const AabbTile& in_b, const BoxInFrames& box) {
+  const std::uint32_t near = lanes_near<V>(in_a, box.lo[0], box.hi[0]);
+  return near ? near & lanes_near<V>(in_b, box.lo[1], box.hi[1]) : 0;
+}
+
+// The triangles of up to sixteen patches of a in b's frame, where they are needed.
+template <class V>
+class TurnedPatches {
+ public:
+  CAB_INLINE const AabbTile& at(const SurfacePair& job, std::uint32_t patch) {
+    AabbTile& tile = tiles_[patch % kLanes];
+    if (!(known_ >> patch % kLanes & 1)) bound_patch<V>(job.patches_a[patch], job.a.vertices, job.rigid->turn[1], tile);
+    known_ |= 1u << patch % kLanes;
+    return tile;
+  }
+
+ private:
+  std::uint32_t known_ = 0;
+  AabbTile tiles_[kLanes];
+};
+
+// test_surfaces for rigid leaves. Patches are compared, then triangles, each in the frames of both links: along axes of
+// its own frame a long triangle has a thin box. What is not near the other leaf is neither moved nor bounded.
+template <class V>
+bool test_rigid_surfaces(const SurfacePair& job, void* taker, TakeTriangles take) {
+  TriangleQueue<V> queue(job, taker, take);
+  const RigidSurfaces& rigid = *job.rigid;
+  for (std::uint32_t first_a = 0; first_a < job.patch_count_a; first_a += kLanes) {
+    const AabbTile& all_a = job.a.bounds[job.patch_count_a + first_a / kLanes];
+    AabbTile all_a_in_b, all_b_in_a;
+    turn_boxes<V>(all_a, rigid.turn[1], all_a_in_b);
+    TurnedPatches<V> turned;
+    for (std::uint32_t patch_b = 0; patch_b < job.patch_count_b; ++patch_b) {
+      const AabbTile& all_b = job.b.bounds[job.patch_count_b + patch_b / kLanes];
+      if (patch_b % kLanes == 0) turn_boxes<V>(all_b, rigid.turn[0], all_b_in_a);
+      std::uint32_t near_a =
+          lanes_near<V>(all_a, all_a_in_b, grown_in_frames(all_b_in_a, all_b, patch_b % kLanes, rigid));
+      if (!near_a) continue;
+      const AabbTile& in_b = job.b.bounds[patch_b];
+      AabbTile in_a;
+      bound_patch<V>(job.patches_b[patch_b], job.b.vertices, rigid.turn[0], in_a);
+      for (; near_a; near_a &= near_a - 1) {
+        const std::uint32_t lane_a = lowest_bit(near_a), patch_a = first_a + lane_a;
+        const AabbTile& of_a_in_b = turned.at(job, patch_a);
+        std::uint32_t near_b = lanes_near<V>(in_a, in_b, grown_in_frames(all_a, all_a_in_b, lane_a, rigid));
+        for (; near_b; near_b &= near_b - 1) {
+          const std::uint32_t lane_b = lowest_bit(near_b);
+          std::uint32_t pairs =
+              lanes_near<V>(job.a.bounds[patch_a], of_a_in_b, grown_in_frames(in_a, in_b, lane_b, rigid));
+          for (; pairs; pairs &= pairs - 1)
+            if (!queue.add(kLanes * patch_a + lowest_bit(pairs), kLanes * patch_b + lane_b)) return false;
+        }
+      }
+    }
+  }
+  return queue.empty() || queue.test();
+}
+
 // Finds the pairs of triangles of two leaves that touch or are undecided, and gives them to the taker, up to sixteen at
 // a time and in no certain order. Returns whether the taker has let it come to the end.
 template <class V>
 bool test_surfaces(const SurfacePair& job, void* taker, TakeTriangles take) {
+  if (job.rigid) return test_rigid_surfaces<V>(job, taker, take);
   TriangleQueue<V> queue(job, taker, take);
   const AabbTile* const all_a = job.a.bounds + job.patch_count_a;
   const AabbTile* const all_b = job.b.bounds + job.patch_count_b;

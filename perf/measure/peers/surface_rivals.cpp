@@ -148,8 +148,8 @@ void TrianglePairs::finish(std::vector<InstanceTriangles>& out) {
     const TrianglePairs& pairs;
     std::vector<InstanceTriangles>& out;
   } taker = {*this, out};
-  const kernel::SurfacePair job = {{vertices_[0].data(), bounds_.data(), 0},
-                                   {vertices_[1].data(), bounds_.data(), 0},
+  const kernel::SurfacePair job = {{vertices_[0].data(), bounds_.data()},
+                                   {vertices_[1].data(), bounds_.data()},
                                    &patch_,
                                    &patch_,
                                    1,
