@@ -7,6 +7,7 @@
 #include "scenes/robot/mjcf.h"
 #include "scenes/robot/mjcf_tree.h"
 #include "scenes/robot/packages.h"
+#include "scenes/robot/pieces.h"
 #include "scenes/robot/robot_payload.h"
 #include "scenes/robot/surface.h"
 #include "scenes/robot/urdf.h"
@@ -127,7 +128,8 @@ MeshFiles meshes_here(const std::string& path, const RobotOptions& options) {
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
   LeafTriangles triangles;
-  LeafTriangles* const wanted = options.surface ? &triangles : nullptr;
+  const bool cuts = !options.surface && options.leaves_per_link > 1, needs_triangles = options.surface || cuts;
+  LeafTriangles* const wanted = needs_triangles ? &triangles : nullptr;
   Robot robot;
   if (!options.sandbox) {
     robot = in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, wanted); });
@@ -145,7 +147,7 @@ Robot import_robot(const std::string& path, const RobotOptions& options) {
       Robot read_robot = read_robot_payload(reader.text());
       triangles = read_triangles_payload(reader.text());
       reader.finish();
-      require_payload(!options.surface || triangles.size() == read_robot.body.leaves.size(),
+      require_payload(!needs_triangles || triangles.size() == read_robot.body.leaves.size(),
                       "the triangles are not those of the shapes");
       return read_robot;
     };
@@ -153,6 +155,7 @@ Robot import_robot(const std::string& path, const RobotOptions& options) {
         from_child(path, *options.sandbox, read, unpack, {{files.readable.begin(), files.readable.end()}, &current});
   }
   if (options.surface) take_surfaces(robot, triangles);
+  if (cuts) cut_meshes(robot, triangles, options.leaves_per_link);
   return robot;
 }
 

@@ -92,11 +92,13 @@ struct RobotOptions {
   std::vector<std::string> ignored_words;  // elements and attributes of MJCF that are not read: passed over
   std::string root;                        // a folder whose meshes and MJCF files an MJCF file may name; empty: none
   bool surface = false;                    // meshes become leaves of their triangles; false: convex hulls
+  std::uint32_t leaves_per_link = 1;       // of a mesh: hulls at most, 1 to 64; unread with surface
   std::optional<SandboxLimits> sandbox;    // read the robot in a child process with these limits; empty: in this one
 };
 
 // Reads a robot. The first element of the file tells the format: <robot> is URDF and <mujoco> is MJCF. Meshes become
-// convex hulls, or with options.surface what take_surfaces (scenes/robot/surface.h) makes. A mesh with a relative path
+// convex hulls, with options.leaves_per_link above 1 those of cut_meshes (scenes/robot/pieces.h), or with
+// options.surface what take_surfaces (scenes/robot/surface.h) makes. A mesh with a relative path
 // is looked for from the file's folder. A path package://NAME/REST is looked for in the folder that options.packages
 // gives for NAME; else in a folder NAME that contains the file or stands beside one that does, in a folder there or
 // below ROS_PACKAGE_PATH whose package.xml says NAME, and where AMENT_PREFIX_PATH and ROS_PACKAGE_PATH have a folder
@@ -113,7 +115,7 @@ Robot import_robot(const std::string& path, const RobotOptions& options);
 using LeafTriangles = std::vector<std::vector<float>>;
 
 // Reads the triangles of the robot that import_robot reads from the same path with the same options, whose `surface`
-// has no effect. Throws ImportError.
+// and leaves_per_link have no effect. Throws ImportError.
 LeafTriangles import_triangles(const std::string& path, const RobotOptions& options);
 
 // What an SRDF file disables.

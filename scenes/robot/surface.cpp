@@ -1,15 +1,12 @@
 // The meshes of a robot as leaves of their triangles.
 #include "scenes/robot/surface.h"
 
-#include <cab/skin.h>
-
-#include <algorithm>
-#include <cstdint>
 #include <limits>
 #include <new>
 #include <utility>
 
 #include "scenes/import/surface_words.h"
+#include "scenes/robot/mesh_skin.h"
 
 namespace cab::scenes {
 namespace {
@@ -17,53 +14,6 @@ namespace {
 // The most triangles of a leaf. Boxes of rigid leaves do not grow, so that larger leaves pay than those of a skin: of
 // 128, 256 and 512, states of the UR5, the Panda and the Allegro hand take least with 256, all in all.
 constexpr std::uint32_t kMostTriangles = 256;
-
-// The meshes of links as a skin: each link is a joint and a bone, and all have the frame of the skin.
-struct MeshSkin {
-  std::vector<std::int32_t> parents;
-  std::vector<float> frames;  // of joints, and their inverses
-  std::vector<float> vertices, weights;
-  std::vector<std::uint32_t> bones, triangles;
-  std::vector<std::uint32_t> leaf_of;  // by triangle: the robot's leaf that is its mesh
-
-  explicit MeshSkin(const std::vector<std::int32_t>& link_parents) : parents(link_parents) {
-    for (std::size_t l = 0; l < parents.size(); ++l)
-      for (std::size_t i = 0; i < 16; ++i) frames.push_back(i % 5 == 0 ? 1.0f : 0.0f);
-  }
-
-  void add_mesh(std::uint32_t leaf, std::uint32_t link, const std::vector<float>& corners) {
-    const auto first = static_cast<std::uint32_t>(vertices.size() / 3);
-    const auto count = static_cast<std::uint32_t>(corners.size() / 3);
-    vertices.insert(vertices.end(), corners.begin(), corners.end());
-    bones.insert(bones.end(), count, link);
-    weights.insert(weights.end(), count, 1.0f);
-    for (std::uint32_t v = 0; v < count; ++v) triangles.push_back(first + v);
-    leaf_of.insert(leaf_of.end(), count / 3, leaf);
-  }
-
-  rig::Skin skin() const {
-    rig::Skin skin;
-    skin.joint_parents = parents;
-    skin.poses = frames;
-    skin.vertices = vertices;
-    skin.triangles = triangles;
-    skin.influence_count = 1;
-    skin.influence_bones = bones;
-    skin.influence_weights = weights;
-    skin.inverse_bind = frames;
-    return skin;
-  }
-};
-
-// Whether a triangle of a mesh has three different corners.
-bool has_triangle(const std::vector<float>& corners) {
-  for (std::size_t t = 0; t < corners.size(); t += 9) {
-    const float* const at = corners.data() + t;
-    if (!std::equal(at, at + 3, at + 3) && !std::equal(at + 3, at + 6, at + 6) && !std::equal(at, at + 3, at + 6))
-      return true;
-  }
-  return false;
-}
 
 }  // namespace
 

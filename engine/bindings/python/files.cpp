@@ -98,7 +98,7 @@ py::tuple load_motion(const std::string& path, double metres_per_unit, bool gues
 std::unique_ptr<files::Robot> load_robot(const std::string& path,
                                          const std::vector<std::pair<std::string, std::string>>& packages,
                                          const std::optional<std::string>& srdf_path, bool leave_out_missing_meshes,
-                                         bool surface) {
+                                         bool surface, std::uint32_t leaves_per_link) {
   std::vector<const char*> names;
   std::vector<const char*> folders;
   for (const auto& [name, folder] : packages) {
@@ -111,6 +111,7 @@ std::unique_ptr<files::Robot> load_robot(const std::string& path,
   options.srdf_path = text_of("srdf", srdf_path);
   options.leave_out_missing_meshes = leave_out_missing_meshes;
   options.surface = surface;
+  options.leaves_per_link = leaves_per_link;
   auto robot = std::make_unique<files::Robot>();
   const char* const file = text_of("path", path);
   bool loaded = false;

@@ -63,6 +63,10 @@ struct RobotOptions {
 
   // Whether meshes become leaves of their triangles, which Exact::kSurface tests. Default: convex hulls.
   bool surface = false;
+
+  // The most convex hulls that a mesh becomes, 1 (default) to 64: it is cut where that saves volume, and each of its
+  // triangles is wholly in one of them (docs/robots.md). Not read with `surface`.
+  std::uint32_t leaves_per_link = 1;
 };
 
 // A number of a joint state: radians or metres. The name lives as long as the robot.

@@ -70,6 +70,7 @@ Command add_peers(CLI::App& app) {
       ->type_name("FILE")
       ->needs(robot);
   add_packages(command, o.robot.import)->needs(robot);
+  add_leaves_per_link(command, o.robot.import)->needs(robot);
   add_number(command, "--states", o.robot.random_count, "with --robot: random states (default 100000)", 1, 100000000)
       ->needs(robot);
   add_number(command, "--seed", o.robot.seed, "with --robot: seed of the states (default 1)", 0,

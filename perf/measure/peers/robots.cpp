@@ -24,6 +24,7 @@
 #include "perf/tools/robot/choose_matrix.h"
 #include "scenes/robot/adjacency.h"
 #include "scenes/robot/kinematics.h"
+#include "scenes/robot/pieces.h"
 #include "scenes/robot/surface.h"
 
 namespace cab::perf {
@@ -166,6 +167,12 @@ class RobotRun {
       add_ours("cab shapes, scalar", "cab shapes without SIMD", Isa::kScalar, Exact::kConvex);
     const bool has_meshes =
         std::any_of(triangles_.begin(), triangles_.end(), [](const auto& corners) { return !corners.empty(); });
+    if (has_meshes && options_.import.leaves_per_link > 1) {
+      scenes::Robot pieces = robot;
+      cut_meshes(pieces, triangles_, options_.import.leaves_per_link);
+      const std::string meaning = std::to_string(pieces.body.leaves.size()) + " shapes, meshes cut into hulls";
+      add_all_pairs("cab pieces", add("cab pieces", meaning, pieces, isa, Exact::kConvex), Exact::kConvex);
+    }
     if (has_meshes) {
       scenes::Robot surface = robot;
       take_surfaces(surface, triangles_);
@@ -345,11 +352,13 @@ int robots_command(const PeersOptions& options) {
   const RobotCommandOptions& o = options.robot;
   check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path, options.also});
   OutputFile json(options.json_path);
-  const scenes::Robot robot = scenes::import_robot(o.file, o.import);
+  scenes::RobotOptions whole = o.import;
+  whole.leaves_per_link = 1;
+  const scenes::Robot robot = scenes::import_robot(o.file, whole);
   if (robot.variables.empty()) throw std::runtime_error("no joint of the robot moves: it has one state alone");
   const RobotPairs pairs = choose_pairs(o, robot);
   std::optional<scenes::Robot> also;
-  if (!options.also.empty()) also = import_also(options.also, o.import, robot);
+  if (!options.also.empty()) also = import_also(options.also, whole, robot);
   RobotRun run(o, options.isa, robot, pairs, also ? &*also : nullptr);
   run.print_head();
   run.run(options.rounds);

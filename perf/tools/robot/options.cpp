@@ -89,6 +89,7 @@ void add_files(CLI::App& command, RobotCommandOptions& o) {
         if (text != "hulls" && text != "surface") reject("--shapes", text, "hulls or surface");
         o.import.surface = text == "surface";
       });
+  add_leaves_per_link(command, o.import);
   add_no_sandbox(command, o.import.sandbox);
 }
 
@@ -103,6 +104,8 @@ void check_shapes(RobotCommandOptions& o, bool has_exact) {
   if (!o.import.surface && o.policies.exact == Exact::kSurface)
     throw UsageError("--exact surface: needs --shapes surface, whose triangles it tests");
   if (!o.import.surface) return;
+  if (o.import.leaves_per_link > 1)
+    throw UsageError("--leaves-per-link: it cuts hulls, and --shapes surface has none; leave one of them out");
   if (!o.distances.empty())
     throw UsageError("--distance: triangles have no depth and no distance; choose --shapes hulls");
   if (!o.padding.empty())
@@ -110,6 +113,14 @@ void check_shapes(RobotCommandOptions& o, bool has_exact) {
 }
 
 }  // namespace
+
+CLI::Option* add_leaves_per_link(CLI::App& command, scenes::RobotOptions& import) {
+  return command
+      .add_option("--leaves-per-link", import.leaves_per_link,
+                  "hulls of a mesh at most, 1 (default) to 64: meshes are cut where that saves volume")
+      ->type_name("N")
+      ->check(CLI::Range(1, 64));
+}
 
 CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import) {
   return add_texts(command, "--package", "NAME=DIR",

@@ -34,7 +34,8 @@ struct RobotCommandOptions {
   std::string hits_path;           // empty: no file
   RecordFileOptions recording;     // of the states that are checked, one frame each
 };
-// Adds --package, --srdf, and --states.
+// Adds --leaves-per-link, --package, --srdf, and --states.
+CLI::Option* add_leaves_per_link(CLI::App& command, scenes::RobotOptions& import);
 CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import);
 CLI::Option* add_srdf(CLI::App& command, std::string& path);
 CLI::Option* add_states(CLI::App& command, std::string& path);

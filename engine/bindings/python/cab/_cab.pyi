@@ -128,6 +128,7 @@ def load_robot(
     srdf_path: Optional[bytes],
     leave_out_missing_meshes: bool,
     surface: bool,
+    leaves_per_link: int,
 ) -> RobotData: ...
 def load_motion(
     path: bytes,

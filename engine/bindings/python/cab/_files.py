@@ -156,6 +156,7 @@ class Robot:
     leave_out_missing    whether a shape is left out whose mesh file is not there. Default: the robot is refused.
     shapes               what meshes become: "hulls" (default), convex ones, or "surface": their triangles. These have
                          no inside, no depths and no distances, and are not padded (docs/robots.md).
+    leaves_per_link      the most hulls that a mesh becomes, 1 (default) to 64: it is cut where that saves volume.
 
     Files are read in child processes with limits. A bad one is a `FileError` that names file, line or element and
     reason. A pickle has the paths, and what reads it reads the files again.
@@ -174,14 +175,19 @@ class Robot:
         srdf: Optional[PathLike] = None,
         leave_out_missing: bool = False,
         shapes: Literal["hulls", "surface"] = "hulls",
+        leaves_per_link: int = 1,
     ) -> None:
         _need_files()
         if shapes not in ("hulls", "surface"):
             raise ValueError(f"shapes is 'hulls' or 'surface', not {shapes!r}")
-        self._arguments = (path, packages, srdf, leave_out_missing, shapes)
+        if not 1 <= leaves_per_link <= 64:
+            raise ValueError(f"leaves_per_link is from 1 to 64, not {leaves_per_link!r}")
+        if shapes == "surface" and leaves_per_link > 1:
+            raise ValueError("leaves_per_link cuts hulls, and shapes='surface' has none")
+        self._arguments = (path, packages, srdf, leave_out_missing, shapes, leaves_per_link)
         folders = [(os.fsencode(name), os.fsencode(folder)) for name, folder in (packages or {}).items()]
         self._data = _cab.load_robot(
-            os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing, shapes == "surface"
+            os.fsencode(path), folders, _bytes_or_none(srdf), leave_out_missing, shapes == "surface", leaves_per_link
         )
         self._body = Body(self._data.body, self._data.names)
         self._variables = tuple(Variable(*row) for row in self._data.variables)
@@ -320,5 +326,13 @@ def _robot(
     srdf: Optional[PathLike],
     leave_out_missing: bool,
     shapes: Literal["hulls", "surface"],
+    leaves_per_link: int,
 ) -> Robot:
-    return Robot(path, packages=packages, srdf=srdf, leave_out_missing=leave_out_missing, shapes=shapes)
+    return Robot(
+        path,
+        packages=packages,
+        srdf=srdf,
+        leave_out_missing=leave_out_missing,
+        shapes=shapes,
+        leaves_per_link=leaves_per_link,
+    )

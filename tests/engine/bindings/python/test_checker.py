@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import pickle
 import subprocess
 import threading
 
@@ -566,6 +567,24 @@ SLIDE = """<robot name="slide">
     <limit lower="0" upper="10" effort="1" velocity="1"/></joint>
 </robot>
 """
+
+
+def test_a_mesh_that_is_cut_leaves_its_gap_free_and_has_depths(tmp_path):
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+    (tmp_path / "slide.urdf").write_text(SLIDE)
+    (tmp_path / "two.obj").write_text(TWO_PLATES)
+    (tmp_path / "bar.obj").write_text(BAR)
+    robot = pickle.loads(pickle.dumps(cab.Robot(tmp_path / "slide.urdf", leaves_per_link=2)))
+    assert not robot.body.is_surface and robot.body.leaf_count == 3
+    checker = cab.CollisionChecker(robot, ignored=np.empty((0, 2), "u4"))
+    assert checker.collides([[0], [2], [3.5], [5.5]]).tolist() == [True, False, True, False]
+    assert checker.hits([[0]], depths=True)["depth"][0] >= 0
+    for count in (0, 65):
+        with pytest.raises(ValueError, match=f"leaves_per_link is from 1 to 64, not {count}"):
+            cab.Robot(tmp_path / "slide.urdf", leaves_per_link=count)
+    with pytest.raises(ValueError, match="leaves_per_link cuts hulls, and shapes='surface' has none"):
+        cab.Robot(tmp_path / "slide.urdf", shapes="surface", leaves_per_link=2)
 
 
 def test_a_robot_of_surfaces_leaves_gaps_free_and_refuses_depths_and_padding(tmp_path):
