@@ -308,6 +308,21 @@ TEST_CASE("leaves that one link moves are not skinned, and their triangles touch
       CHECK(truth[i] ==
             TrianglePair(found[i].pair, found[i].leaf_a, found[i].leaf_b, found[i].triangle_a, found[i].triangle_b));
     triangles += found_count;
+    for (const Isa isa : available_isas()) {
+      EngineDesc desc;
+      desc.isa = isa;
+      const EnginePtr engine = make_engine(desc);
+      ArticulationId articulation;
+      require(add_articulation(*engine, crowd.rig.desc(), &articulation));
+      BatchInput other = input;
+      other.batch = add_instances(*engine, articulation, Crowd::kCount);
+      REQUIRE(slot_of(other.batch) == slot_of(crowd.batch));
+      std::vector<TouchingTriangles> same(truth.size() + 1);
+      std::size_t same_count = 0;
+      REQUIRE(find_touching_triangles(*engine, {&other, 1}, pairs, same, &same_count) == Status::kOk);
+      REQUIRE(same_count == found_count);
+      CHECK((same_count == 0 || std::memcmp(same.data(), found.data(), same_count * sizeof(TouchingTriangles)) == 0));
+    }
   }
   CHECK(touching >= least_count(50, 24));
   CHECK(triangles >= least_count(5000, 24));
