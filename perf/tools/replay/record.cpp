@@ -44,6 +44,8 @@ int record_command(const RecordOptions& options) {
   check_outputs({{"--out", options.file.path}}, {});
   const scenes::NamedScene* row = scenes::find_scene(scenes::kSweepCommand, options.scene);
   if (row == nullptr) row = scenes::find_scene(scenes::kCrowdCommand, options.scene);
+  if (options.policies.exact == Exact::kSurface && options.scene != "skins")
+    throw UsageError("--exact surface: needs --scene skins, whose triangles it tests");
   RecordSettings settings;
   settings.path = options.file.path;
   settings.title = row->meaning;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -53,7 +54,8 @@ void check_files(const WorldOptions& options) {
   for (const std::string& file : options.files) {
     std::error_code ignored;
     if (std::filesystem::is_directory(file, ignored))
-      throw UsageError(file + " is a folder; `cab scan self FOLDER` and `cab scan pairs FOLDER` test what is in it");
+      throw std::runtime_error(file +
+                               " is a folder; `cab scan self FOLDER` and `cab scan pairs FOLDER` test what is in it");
   }
   if (options.offsets.size() > files)
     throw UsageError("--offset: given " + std::to_string(options.offsets.size()) + " times for " +

@@ -312,7 +312,6 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--units", "inf"}, "--units"},
       {{"run", file, other, file, "--units", "1", "--units", "1"}, "2 times for 3 files"},
       {{"run", file, "--up", "w"}, "--up: 'w' is not x, y or z"},
-      {{"run", figures.folder / ""}, "is a folder; `cab scan self FOLDER`"},
       {{"run", file, "--frames", "0"}, "--frames: '0' is not N, the first N frames, or A:B"},
       {{"run", file, "--frames", "x:3"}, "--frames: 'x:3' is not N, the first N frames, or A:B"},
       {{"run", file, "--frames", "3:3"}, "--frames"},
@@ -361,6 +360,7 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"sweep", file, "--body", "surface"}, "exact tests of solids; choose --body skin"},
       {{"sweep", file, "--exact", "none,surface"}, "--exact surface: a sweep is of solids"},
       {{"crowd", "--scene", "uniform", "--exact", "surface"}, "--exact surface: needs --scene skins"},
+      {{"record", "--scene", "uniform", "--exact", "surface", "--out", "-"}, "--exact surface: needs --scene skins"},
       {{"inspect", file, "--body", "skin", "--kinds", "hull,cone"}, "hull, box, capsule, sphere and ellipsoid"},
       {{"inspect", file, "--body", "skin", "--leaves-per-link", "65"}, "--leaves-per-link"},
       {{"inspect", file, "--motion", other, "--json", other}, "is an input"},
@@ -439,6 +439,7 @@ TEST_CASE("bad data ends in one line that names the file, and exit code 1") {
       REQUIRE(lines_of(outcome.error).size() == 1);
       CHECK(outcome.error.find(path) != std::string::npos);
     }
+  CHECK(run_cab({"run", folder / ""}).error.find("is a folder; `cab scan self FOLDER`") != std::string::npos);
   const Outcome second = run_cab({"run", figures.files[0], folder / "missing.bvh"});
   CHECK(second.exit_code == 1);
   CHECK(second.error.find("missing.bvh") != std::string::npos);

@@ -52,7 +52,7 @@ def _scan(chosen: argparse.Namespace) -> int:
         tell(f"cab scan: {problem}", sys.stderr)
     if not entries:
         raise corpus.CorpusError("there is nothing to scan")
-    if chosen.what not in suffixes:
+    if chosen.what != "recordings":
         _check_surfaces(chosen, entries)
     if chosen.shard:  # of more machines than files, some have none
         entries = entries[chosen.shard[0] - 1::chosen.shard[1]]
@@ -97,7 +97,7 @@ def _policies(chosen: argparse.Namespace, has_surface: bool) -> List[str]:
 
 
 def _check_surfaces(chosen: argparse.Namespace, entries: Sequence[corpus.Entry]) -> None:
-    """Raises CorpusError if a list makes a file a surface that the options would not test."""
+    """Raises CorpusError if a file is a surface that the options would not test, or they test surfaces and none is."""
     for entry in entries:
         if entry.has_surface:
             try:
@@ -105,6 +105,8 @@ def _check_surfaces(chosen: argparse.Namespace, entries: Sequence[corpus.Entry])
             except ValueError as error:
                 raise corpus.CorpusError(f"{entry.source.name}, a surface: {error}") from error
             return
+    if any("exact=surface" in text.split() for text in _policies(chosen, has_surface=False)):
+        raise corpus.CorpusError("exact=surface tests triangles, and no file is one of bodies with them")
 
 
 def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.Entry]:

@@ -369,4 +369,6 @@ def test_each_file_of_a_list_or_folder_has_the_exact_test_of_its_bodies(scan, qu
         for found in (["--list", "list.csv"], ["corpus"]):
             refused = quick("self", *found, *words, "--table", "refused.sqlite")
             assert refused.code == 1 and f"three.gltf, a surface: {told}\n" in refused.error
+    none = quick("self", "corpus/left/clip0001.bvh", "--policies", "exact=surface", "--table", "refused.sqlite")
+    assert none.code == 1 and "exact=surface tests triangles, and no file is one of bodies with them" in none.error
     assert not (scan.folder / "refused.sqlite").exists()
