@@ -32,7 +32,8 @@ const char* to_string(Difference difference) noexcept {
     case Difference::kVersion: return "the version of cab, or which exact tests it was built with, differs";
     case Difference::kProgram: return "the program or its options differ";
     case Difference::kAdded: return "what was added to the engine differs";
-    case Difference::kJob: return "rules, policies, margins, report or contacts of the frame differ";
+    case Difference::kJob:
+      return "rules, policies, margins, depth, containment, report or contacts of the frame differ";
     case Difference::kMembers: return "the format of poses, or which spans are given for a batch, differs";
     case Difference::kNumbers: return "an instance is on two ranks";
   }

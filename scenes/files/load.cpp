@@ -192,8 +192,9 @@ bool Robot::load(const char* path, const RobotOptions& options) noexcept {
       import.packages.emplace_back(options.package_names[p], options.package_folders[p]);
     if (options.leave_out_missing_meshes) import.missing_mesh = scenes::MissingMesh::kLeaveOut;
     import.surface = options.surface;
-    if (options.leaves_per_link < 1 || options.leaves_per_link > 64)
-      throw scenes::ImportError("leaves_per_link must be from 1 to 64");
+    if (options.leaves_per_link < 1 || options.leaves_per_link > (options.surface ? 1 : 64))
+      throw scenes::ImportError(options.surface ? "leaves_per_link cuts hulls, and surface has none"
+                                                : "leaves_per_link must be from 1 to 64");
     import.leaves_per_link = options.leaves_per_link;
     RobotStorage& storage = *storage_;
     storage.robot = scenes::import_robot(path, import);

@@ -17,6 +17,7 @@
 
 #include <filesystem>
 #include <set>
+#include <utility>
 
 namespace cab::scenes {
 
@@ -128,17 +129,22 @@ MeshFiles meshes_here(const std::string& path, const RobotOptions& options) {
 
 Robot import_robot(const std::string& path, const RobotOptions& options) {
   LeafTriangles triangles;
-  const bool cuts = !options.surface && options.leaves_per_link > 1, needs_triangles = options.surface || cuts;
-  LeafTriangles* const wanted = needs_triangles ? &triangles : nullptr;
+  // Cutting is part of reading: a mesh may take long.
+  const auto read_and_cut = [&](const MeshFiles& meshes, CurrentFile* current) {
+    const bool cuts = !options.surface && options.leaves_per_link > 1;
+    Robot robot = read_here(path, options, meshes, current, options.surface || cuts ? &triangles : nullptr);
+    if (cuts) cut_meshes(robot, std::exchange(triangles, {}), options.leaves_per_link);
+    return robot;
+  };
   Robot robot;
   if (!options.sandbox) {
-    robot = in_this_process([&] { return read_here(path, options, meshes_here(path, options), nullptr, wanted); });
+    robot = in_this_process([&] { return read_and_cut(meshes_here(path, options), nullptr); });
   } else {
     const ForReader files = files_for_reader(path, options);
     CurrentFile current;
     const auto read = [&] {
       PayloadWriter writer;
-      writer.text(robot_payload(read_here(path, options, files.meshes, &current, wanted)));
+      writer.text(robot_payload(read_and_cut(files.meshes, &current)));
       writer.text(triangles_payload(triangles));
       return writer.take();
     };
@@ -147,7 +153,7 @@ Robot import_robot(const std::string& path, const RobotOptions& options) {
       Robot read_robot = read_robot_payload(reader.text());
       triangles = read_triangles_payload(reader.text());
       reader.finish();
-      require_payload(!needs_triangles || triangles.size() == read_robot.body.leaves.size(),
+      require_payload(!options.surface || triangles.size() == read_robot.body.leaves.size(),
                       "the triangles are not those of the shapes");
       return read_robot;
     };
@@ -155,7 +161,6 @@ Robot import_robot(const std::string& path, const RobotOptions& options) {
         from_child(path, *options.sandbox, read, unpack, {{files.readable.begin(), files.readable.end()}, &current});
   }
   if (options.surface) take_surfaces(robot, triangles);
-  if (cuts) cut_meshes(robot, triangles, options.leaves_per_link);
   return robot;
 }
 

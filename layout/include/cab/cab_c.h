@@ -1946,7 +1946,7 @@ CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputS
 // those that a link moves whose pose is not finite or not rigid. `out` is sorted by its members in their order; *found,
 // which must not be null, receives how many there are. inputs holds the poses of all batches that are named; layers,
 // flags and in_contact have no effect.
-// Cost: skins the leaves of all links, and tests triangles whose bounds overlap, on all threads; allocates nothing.
+// Cost: skins leaves that several links move, and tests triangles near each other, on all threads; allocates nothing.
 // Bits do not depend on instruction set, threads or other pairs.
 // Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT, CAB_STATUS_HITS_OVERFLOW
 // (`out` is too small: *found is the size that a second call needs, and the contents of `out` are unspecified),

@@ -65,7 +65,7 @@ struct RobotOptions {
   bool surface = false;
 
   // The most convex hulls that a mesh becomes, 1 (default) to 64: it is cut where that saves volume, and each of its
-  // triangles is wholly in one of them (docs/robots.md). Not read with `surface`.
+  // triangles is wholly in one of them (docs/robots.md). With `surface` it must be 1.
   std::uint32_t leaves_per_link = 1;
 };
 
