@@ -328,6 +328,68 @@ TEST_CASE("leaves that one link moves are not skinned, and their triangles touch
   CHECK(triangles >= least_count(5000, 24));
 }
 
+// A corner of one triangle is a corner of another by exact numbers, and the two are on different sides of a plane of
+// the second link's frame: bounds along its axes meet in one number, which rounding moves.
+TEST_CASE("triangles of leaves that one link each moves touch in a corner, however far from their links") {
+  Random random(191);
+  const std::uint64_t count = rounds(400);
+  for (std::uint64_t round = 0; round < count; ++round) {
+    // In sixteenths, so that the sum of two is exact.
+    const auto exact = [&](double most) { return std::round(16 * random.uniform(-most, most)) / 16; };
+    const double far = random.chance(0.5) ? 8 : 4096;
+    const Vec3<double> at_a = {exact(far), exact(far), exact(far)}, corner = {exact(far), exact(far), exact(far)};
+    const double angle = random.uniform(0.5, 3);
+    const Vec3<double> axis = std::sin(angle) * random.unit_vector();
+    const auto turned = [&](const Vec3<double>& v) {
+      const Vec3<double> across = 2.0 * cross(axis, v);
+      return v + std::cos(angle) * across + cross(axis, across);
+    };
+    std::vector<float> vertices(18);
+    for (std::size_t k = 0; k < 3; ++k) {
+      // The corner of b is its link's origin, and the rest on one side of it; a is on the other side.
+      const auto beyond = [&](double side) {
+        return k == 0 ? Vec3<double>{} : Vec3<double>{side * random.uniform(0.1, 1), random.normal(), random.normal()};
+      };
+      const Vec3<double> a = corner + turned(beyond(-1)), b = beyond(1);
+      for (std::size_t c = 0; c < 3; ++c) {
+        vertices[3 * k + c] = static_cast<float>(a[c]);
+        vertices[9 + 3 * k + c] = static_cast<float>(b[c]);
+      }
+    }
+    const std::uint32_t indices[] = {0, 1, 2, 3, 4, 5}, links[] = {0, 0, 0, 1, 1, 1};
+    const float weights[] = {1, 1, 1, 1, 1, 1};
+    const std::int32_t parents[] = {-1, -1};
+    Leaf leaves[2];
+    leaves[1].link = 1;
+    leaves[0].triangles = {indices, 3}, leaves[1].triangles = {indices + 3, 3};
+    ArticulationDesc desc;
+    desc.link_parents = parents, desc.leaves = leaves;
+    desc.skin.vertices = vertices, desc.skin.influence_count = 1;
+    desc.skin.influence_links = links, desc.skin.influence_weights = weights;
+    std::vector<float> poses = {0, 0, 0, 1};
+    for (std::size_t c = 0; c < 3; ++c) poses.push_back(static_cast<float>(at_a[c]));
+    for (std::size_t c = 0; c < 3; ++c) poses.push_back(static_cast<float>(axis[c]));
+    poses.push_back(static_cast<float>(std::cos(angle)));
+    for (std::size_t c = 0; c < 3; ++c) poses.push_back(static_cast<float>(at_a[c] + corner[c]));
+    const EnginePtr engine = make_engine({});
+    ArticulationId articulation;
+    require(add_articulation(*engine, desc, &articulation));
+    BatchInput input;
+    input.batch = add_instances(*engine, articulation, 1);
+    input.poses.data = poses.data();
+    const PairRule rule = {input.batch, input.batch, Pairing::kWithin};
+    FrameJob job;
+    job.policies.exact = Exact::kSurface;
+    job.inputs = {&input, 1};
+    job.rules = {&rule, 1};
+    Hit hit;
+    job.hits = {&hit, 1};
+    REQUIRE(run_frame(*engine, job) == Status::kOk);
+    CHECK(job.hit_count == 1);
+    CHECK(job.stats.leaves_skinned == 0);
+  }
+}
+
 TEST_CASE("surfaces that coincide touch, wherever their origins are") {
   Random random(178);
   std::size_t hits_seen = 0;
