@@ -166,6 +166,27 @@ std::vector<TrianglePair> touching_of(const Crowd& crowd, const std::vector<Hit>
   return out;
 }
 
+// What find_touching_triangles lists, which is as long as expected.
+std::vector<TouchingTriangles> found_triangles(Engine& engine, const BatchInput& input, const std::vector<Hit>& pairs,
+                                               std::size_t expected) {
+  std::vector<TouchingTriangles> out(expected + 1);
+  std::size_t size = 0;
+  REQUIRE(find_touching_triangles(engine, {&input, 1}, pairs, out, &size) == Status::kOk);
+  REQUIRE(size == expected);
+  out.resize(size);
+  return out;
+}
+
+void check_triangles(const std::vector<TouchingTriangles>& found, const std::vector<TrianglePair>& truth) {
+  for (std::size_t i = 0; i < found.size(); ++i)
+    CHECK(truth[i] ==
+          TrianglePair(found[i].pair, found[i].leaf_a, found[i].leaf_b, found[i].triangle_a, found[i].triangle_b));
+}
+
+bool same_bytes(const std::vector<TouchingTriangles>& a, const std::vector<TouchingTriangles>& b) {
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0);
+}
+
 // The least distance of the triangles of each two links, of those whose bounds are within `reach`.
 std::map<HitLinks, Real> distances_of(const Crowd& crowd, Real reach) {
   std::map<HitLinks, Real> out;
@@ -300,14 +321,9 @@ TEST_CASE("leaves that one link moves are not skinned, and their triangles touch
     const std::vector<Hit> pairs = pairs_of(crowd);
     const std::vector<TrianglePair> truth = touching_of(crowd, pairs);
     const BatchInput input = crowd.input();
-    std::vector<TouchingTriangles> found(truth.size() + 1);
-    std::size_t found_count = 0;
-    REQUIRE(find_touching_triangles(*crowd.engine, {&input, 1}, pairs, found, &found_count) == Status::kOk);
-    REQUIRE(found_count == truth.size());
-    for (std::size_t i = 0; i < found_count; ++i)
-      CHECK(truth[i] ==
-            TrianglePair(found[i].pair, found[i].leaf_a, found[i].leaf_b, found[i].triangle_a, found[i].triangle_b));
-    triangles += found_count;
+    const std::vector<TouchingTriangles> found = found_triangles(*crowd.engine, input, pairs, truth.size());
+    check_triangles(found, truth);
+    triangles += found.size();
     for (const Isa isa : available_isas()) {
       EngineDesc desc;
       desc.isa = isa;
@@ -317,11 +333,7 @@ TEST_CASE("leaves that one link moves are not skinned, and their triangles touch
       BatchInput other = input;
       other.batch = add_instances(*engine, articulation, Crowd::kCount);
       REQUIRE(slot_of(other.batch) == slot_of(crowd.batch));
-      std::vector<TouchingTriangles> same(truth.size() + 1);
-      std::size_t same_count = 0;
-      REQUIRE(find_touching_triangles(*engine, {&other, 1}, pairs, same, &same_count) == Status::kOk);
-      REQUIRE(same_count == found_count);
-      CHECK((same_count == 0 || std::memcmp(same.data(), found.data(), same_count * sizeof(TouchingTriangles)) == 0));
+      CHECK(same_bytes(found_triangles(*engine, other, pairs, found.size()), found));
     }
   }
   CHECK(touching >= least_count(50, 24));
@@ -733,13 +745,9 @@ TEST_CASE("triangles that touch are listed for every pair of links, in order, on
     const std::vector<Hit> pairs = pairs_of(crowd);  // those that touch, and others
     const std::vector<TrianglePair> truth = touching_of(crowd, pairs);
     const BatchInput input = crowd.poses.input(crowd.batch);
-    std::vector<TouchingTriangles> found(truth.size() + 1);
-    std::size_t size = 0;
-    REQUIRE(find_touching_triangles(*crowd.engine, {&input, 1}, pairs, found, &size) == Status::kOk);
-    REQUIRE(size == truth.size());
-    for (std::size_t i = 0; i < size; ++i)
-      CHECK(truth[i] ==
-            TrianglePair(found[i].pair, found[i].leaf_a, found[i].leaf_b, found[i].triangle_a, found[i].triangle_b));
+    std::vector<TouchingTriangles> found = found_triangles(*crowd.engine, input, pairs, truth.size());
+    check_triangles(found, truth);
+    const std::size_t size = found.size();
     seen += size;
     for (const Isa isa : available_isas()) {
       EngineDesc desc;
@@ -748,12 +756,10 @@ TEST_CASE("triangles that touch are listed for every pair of links, in order, on
       Random same = again;
       const Crowd other(same, regime, desc);
       const BatchInput same_input = other.poses.input(other.batch);
-      std::vector<TouchingTriangles> more(size + 1);
-      std::size_t needed = 0;
-      REQUIRE(find_touching_triangles(*other.engine, {&same_input, 1}, pairs, more, &needed) == Status::kOk);
-      REQUIRE(needed == size);
-      CHECK((size == 0 || std::memcmp(more.data(), found.data(), size * sizeof(TouchingTriangles)) == 0));
+      std::vector<TouchingTriangles> more = found_triangles(*other.engine, same_input, pairs, size);
+      CHECK(same_bytes(more, found));
       if (size == 0) continue;
+      std::size_t needed = 0;
       more.resize(size - 1);
       CHECK(find_touching_triangles(*other.engine, {&same_input, 1}, pairs, more, &needed) == Status::kHitsOverflow);
       CHECK(needed == size);

@@ -569,33 +569,34 @@ SLIDE = """<robot name="slide">
 """
 
 
-def test_a_mesh_that_is_cut_leaves_its_gap_free_and_has_depths(tmp_path):
+@pytest.fixture
+def slide(tmp_path):
+    """The file of a robot of two meshes: a bar that slides through the gap between two plates."""
     if not cab._cab.reads_files:
         pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
     (tmp_path / "slide.urdf").write_text(SLIDE)
     (tmp_path / "two.obj").write_text(TWO_PLATES)
     (tmp_path / "bar.obj").write_text(BAR)
-    robot = pickle.loads(pickle.dumps(cab.Robot(tmp_path / "slide.urdf", leaves_per_link=2)))
+    return tmp_path / "slide.urdf"
+
+
+def test_a_mesh_that_is_cut_leaves_its_gap_free_and_has_depths(slide):
+    robot = pickle.loads(pickle.dumps(cab.Robot(slide, leaves_per_link=2)))
     assert not robot.body.is_surface
     checker = cab.CollisionChecker(robot, ignored=np.empty((0, 2), "u4"))
     assert checker.collides([[0], [2], [3.5], [5.5]]).tolist() == [True, False, True, False]
     assert checker.hits([[0]], depths=True)["depth"][0] >= 0
     for count in (0, 65):
         with pytest.raises(ValueError, match=f"leaves_per_link is from 1 to 64, not {count}"):
-            cab.Robot(tmp_path / "slide.urdf", leaves_per_link=count)
+            cab.Robot(slide, leaves_per_link=count)
     with pytest.raises(ValueError, match="leaves_per_link cuts hulls, and shapes='surface' has none"):
-        cab.Robot(tmp_path / "slide.urdf", shapes="surface", leaves_per_link=2)
+        cab.Robot(slide, shapes="surface", leaves_per_link=2)
 
 
-def test_a_robot_of_surfaces_leaves_gaps_free_and_refuses_depths_and_padding(tmp_path):
-    if not cab._cab.reads_files:
-        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
-    (tmp_path / "slide.urdf").write_text(SLIDE)
-    (tmp_path / "two.obj").write_text(TWO_PLATES)
-    (tmp_path / "bar.obj").write_text(BAR)
+def test_a_robot_of_surfaces_leaves_gaps_free_and_refuses_depths_and_padding(slide):
     states = [[0], [2], [3.5], [5.5]]
-    hulls = cab.Robot(tmp_path / "slide.urdf")
-    robot = cab.Robot(tmp_path / "slide.urdf", shapes="surface")
+    hulls = cab.Robot(slide)
+    robot = cab.Robot(slide, shapes="surface")
     assert not hulls.body.is_surface and robot.body.is_surface
     surface = "surface: 3 triangles in 2 leaves of 2 links, 3 parts, 3 of them open"
     assert surface + " (9 edges; a body wholly inside these is not found)" in robot.notes
@@ -617,4 +618,4 @@ def test_a_robot_of_surfaces_leaves_gaps_free_and_refuses_depths_and_padding(tmp
     with pytest.raises(cab.Error, match="triangles are not padded; take a robot of hulls"):
         cab.CollisionChecker(robot, ignored=none, padding=0.1)
     with pytest.raises(ValueError, match="shapes is 'hulls' or 'surface', not 'mesh'"):
-        cab.Robot(tmp_path / "slide.urdf", shapes="mesh")
+        cab.Robot(slide, shapes="mesh")
