@@ -22,6 +22,7 @@ int main() {
   cab::exit_on_error(cab::add_articulation(world.engine(), {parents, {}, leaves, {}}, &body));
   std::vector<float> matrices(32 * kSlots);
   set_pose(matrices.data(), 1);
+  // quote
   cab::LodDesc lod;  // one box for all links, wherever the hand may turn
   lod.of = body;
   lod.rest_poses = {cab::PoseFormat::kMatrix4x4Columns, matrices.data()};
@@ -31,6 +32,7 @@ int main() {
   cab::exit_on_error(world.add_batch({coarse, kSlots}, &far_crowd));
   cab::exit_on_error(world.add_rule({near_crowd, near_crowd}));
   cab::exit_on_error(world.add_rule({near_crowd, far_crowd}));
+  // end quote
   std::vector<double> origins(3 * kSlots);
   const std::vector<std::uint8_t> moved = {0, 1, 1, 1, 1, 1, 1, 1};  // slot 0 rests
   std::vector<cab::Hit> last, began(16), ended(16);
@@ -43,6 +45,7 @@ int main() {
       const double x = origins[3 * slot] = slot ? std::fmod(.05 * frame + 3 * slot + 1.5, 24) - 12 : 0;
       if (std::fabs(x) < 4) (std::fabs(x) < 2 ? near_slots : far_slots).push_back(slot);
     }
+    // quote
     for (cab::BatchInput& input : world.inputs()) {
       const std::vector<std::uint32_t>& slots = input.batch == near_crowd ? near_slots : far_slots;
       input.poses = {cab::PoseFormat::kMatrix4x4Columns, matrices.data(), 0, 0, true};  // true: matrices hold a scale
@@ -55,6 +58,7 @@ int main() {
     if (world.job().stats.instances_masked) return 1;  // a bug: why_masked says which link, and what is wrong
     cab::HitChanges changes = {began, ended};
     cab::exit_on_error(cab::diff_hits(last, world.hits(), changes));
+    // end quote
     begun += changes.began_count, over += changes.ended_count;
     last.assign(world.hits().begin(), world.hits().end());
   }

@@ -24,6 +24,7 @@ int main() {
   world.input(people)->poses.data = poses.data();
   world.input(people)->origins = origins;
 
+  // quote
   cab::Query shot;  // by person 0, along the first row at the height of heads
   shot.position[1] = 1.7;
   shot.direction[0] = 1;
@@ -46,6 +47,7 @@ int main() {
   job.queries = queries;
   cab::exit_on_error(world.run_queries(job));
   const cab::Span<const cab::QueryHit> hits = world.query_hits();
+  // end quote
 
   // Hits stand in the order of queries. The shot meets the head of person 1, 2 away less half a head; four bodies are
   // in the blast, whose centre is too low for heads; the guard's nearest is the body of person 0.

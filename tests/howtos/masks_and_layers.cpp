@@ -18,6 +18,7 @@ int main() {
                               {kUpperArm, cab::axis_aligned_box({0, -.2f, 0}, {.1f, .25f, .1f}), {}},
                               {kForearm, cab::axis_aligned_box({0, 0, .25f}, {.08f, .08f, .25f}), {}},
                               {kSheath, cab::axis_aligned_box({0, 0, 0}, {.05f, .3f, .05f}), {}}};
+  // quote
   const cab::LinkPair drawing = {kForearm, kSheath};
   cab::ArticulationDesc desc;
   desc.link_parents = parents;
@@ -25,6 +26,7 @@ int main() {
   desc.ignored_pairs = {&drawing, 1};  // a hand that draws the sword touches the sheath
   desc.ignored_hops = 1;               // parent and child always touch
   desc.rest_pose.data = &rest[0][0];   // links that touch at rest may always touch
+  // end quote
   cab::World world;
   cab::ArticulationId fighter;
   cab::exit_on_error(cab::add_articulation(world.engine(), desc, &fighter));
@@ -35,17 +37,20 @@ int main() {
                hanging.reasons == cab::kIgnoredAtRest && drawn.a == kForearm &&
                drawn.reasons == cab::kIgnoredExplicitly;
 
+  // quote
   // Two red fighters, two blue ones and a ghost stand in each other's way. Two fighters are a pair only if
   // the layer of each is in the mask of the other.
   constexpr std::uint32_t kRed = 1, kBlue = 2, kGhost = 0;
   const std::uint32_t layers[] = {kRed, kRed, kBlue, kBlue, kGhost};
   const std::uint32_t layer_masks[] = {kBlue, kBlue, kRed, kRed, kRed | kBlue};
+  // end quote
   const double origins[5 * 3] = {0, 0, 0, .1, 0, 0, .2, 0, 0, .3, 0, 0, .4, 0, 0};
   float poses[5][kLinkCount][7];
   for (auto& pose : poses) std::memcpy(pose, rest, sizeof(rest));
   std::memcpy(poses[0][kForearm], across, sizeof(across));
   cab::BatchId fighters;
   cab::exit_on_error(world.add_batch({fighter, 5}, &fighters));
+  // quote
   cab::exit_on_error(world.add_rule({fighters, fighters, cab::Pairing::kBetween}));
   cab::exit_on_error(world.add_rule({fighters, fighters, cab::Pairing::kWithin}));
   cab::BatchInput& input = *world.input(fighters);
@@ -53,6 +58,7 @@ int main() {
   input.origins = origins;
   input.layers = layers;
   input.layer_masks = layer_masks;
+  // end quote
   cab::exit_on_error(world.run());
 
   int within = 0, opponents = 0;

@@ -44,6 +44,7 @@ int main() {
   int retries = 0;
   for (const auto& frame : frames) {
     for (std::uint32_t i = 0; i < kCount; ++i) origins[3 * i] = i * frame.spacing;
+    // quote
     job.hits = hits;
     cab::Status status = cab::run_frame(*engine, job);
     if (status == cab::Status::kHitsOverflow) {
@@ -54,6 +55,7 @@ int main() {
       status = cab::run_frame(*engine, job);  // the same input gives the same hits, and now they fit
       ++retries;
     }
+    // end quote
     check(status);
     right = right && job.hit_count == frame.hits;
   }

@@ -23,12 +23,14 @@ static void run_all(std::uint32_t count, const Task& task) {
 }
 
 int main() {
+  // quote
   // The engine starts no threads. It only needs to know how many workers there are.
   const auto never = [](void*, std::uint32_t, void (*)(void*, std::uint32_t, std::uint32_t), void*) {};
   const cab::Scheduler scheduler = {nullptr, kWorkers, never};
   cab::EngineDesc desc;
   desc.scheduler = &scheduler;
   cab::World world(desc);
+  // end quote
 
   // 32 rows of 32 fighters. In a row they stand 1 apart and are 1.2 wide, so each touches the next one.
   constexpr std::uint32_t kCount = 32 * 32;
@@ -50,6 +52,7 @@ int main() {
   input.poses.data = poses.data();
   input.origins = origins;
   std::vector<cab::Hit> hits(kCount);
+  // quote
   cab::FrameJob job;
   job.inputs = {&input, 1};
   job.rules = {&rule, 1};
@@ -68,6 +71,7 @@ int main() {
     });
   }
   cab::exit_on_error(cab::end_frame(engine));  // what run_frame would answer, kHitsOverflow included
+  // end quote
 
   std::printf("%zu hits after %u steps\n", job.hit_count, steps);
   return job.hit_count == 32 * 31 && steps > 0 && failures == 0 ? 0 : 1;

@@ -31,6 +31,7 @@ int main() {
   cab::exit_on_error(world.add_batch(desc, &arms));
   cab::exit_on_error(world.add_rule({arms, arms}));
 
+  // quote
   cab::record::Recorder recorder;
   cab::record::RecorderOptions options;
   options.title = "two arms";
@@ -39,7 +40,9 @@ int main() {
   if (!recorder.open("two_arms.cab", options) || !recorder.add_articulation(articulation, arm, {"arm", links}) ||
       !recorder.add_batch(arms, desc, {"arms", {}}))
     return fail(recorder.error());
+  // end quote
 
+  // quote
   // Frames as always. Each is recorded once it has run.
   for (int frame = 0; frame < 60; ++frame) {
     const float y = 0.5f - 0.01f * static_cast<float>(frame);
@@ -50,7 +53,9 @@ int main() {
     if (!recorder.add_frame(world.job(), frame / 60.0)) return fail(recorder.error());
   }
   if (!recorder.close()) return fail(recorder.error());
+  // end quote
 
+  // quote
   // The same frames again, here without SIMD.
   cab::record::Recording recording;
   if (!recording.open("two_arms.cab")) return fail(recording.error());
@@ -67,6 +72,7 @@ int main() {
     if (cab::record::hash_hits(player.hits(), player.contacts()) == frame.hash) ++same;
     if (!frame.hits.empty()) ++in_contact;
   }
+  // end quote
   std::printf("%u of %u frames have the same bits, %u have hits\n", same, recording.frame_count(), in_contact);
   return same == recording.frame_count() && in_contact > 0 && in_contact < same ? 0 : 1;
 }

@@ -14,6 +14,7 @@ int main() {
     float* const pose = poses[i / 8][i % 8];
     pose[3] = 1, pose[4] = places[i % 8][0], pose[5] = places[i % 8][1];
   }
+  // quote
   const cab::PoseView rest = {cab::PoseFormat::kQuaternionTranslation, poses[0][0], 0, 0};
   const cab::rig::SkeletonDesc skeleton = {{parents, 8}, {names, 8}, rest, 1};
   cab::rig::Bodies bodies;  // owns all that bodies.desc() points to
@@ -21,6 +22,7 @@ int main() {
   cab::World world;
   cab::BatchId people;
   cab::exit_on_error(world.add_batch(bodies.desc(), 2, &people));
+  // end quote
   cab::exit_on_error(world.add_rule({people, people}));
   const double origins[] = {0, 0, 0, .95, 0, 0};
   world.input(people)->poses.data = poses[0][0];

@@ -21,8 +21,10 @@ int main() {
   cab::World world;
   cab::BatchId players;
   cab::exit_on_error(world.add_batch({parents, {}, leaves, {}}, kPlayers, &players));
+  // quote
   cab::HistoryId history;
   cab::exit_on_error(cab::add_history(world.engine(), {players, kTicks}, &history));  // one second
+  // end quote
 
   std::vector<float> poses(7 * kBoxes * kPlayers);
   std::vector<double> origins(3 * kPlayers);
@@ -38,6 +40,7 @@ int main() {
   for (int tick = 0; tick < 200; ++tick) {
     const double now = tick * kTick;
     for (std::uint32_t p = 0; p < kPlayers; ++p) origins[3 * p] = place(p, now);
+    // quote
     cab::exit_on_error(cab::record_tick(world.engine(), history, input, now));
 
     // Each player shoots at where they saw the next one, who was there 80 ms ago and more.
@@ -57,6 +60,7 @@ int main() {
     job.queries = shots;
     job.histories = {&history, 1};
     cab::exit_on_error(world.run_queries(job));
+    // end quote
     met += job.hit_count;
     for (const cab::QueryHit& hit : world.query_hits())
       if (tick >= static_cast<int>(kTicks) && hit.instance == hit.query + 1 && hit.link == 15) ++right;

@@ -35,6 +35,7 @@ static cab::rig::SkinBodies make_body() {
     rest[16 * joint + 14] = joint == 1 ? static_cast<float>(kWaist) : 0;
     binds[16 * joint + 14] = -rest[16 * joint + 14];
   }
+  // quote
   cab::rig::Skin skin;
   skin.joint_parents = parents;
   skin.poses = rest;
@@ -46,6 +47,7 @@ static cab::rig::SkinBodies make_body() {
   skin.inverse_bind = binds;
   cab::rig::SkinBodies bodies;
   if (surface_from_skin(skin, {}, &bodies) != cab::rig::SkinStatus::kOk) std::printf("no surface\n");
+  // end quote
   return bodies;
 }
 
@@ -90,6 +92,7 @@ int main() {
     }
     std::vector<cab::QueryHit> hits(kPlayers);
     std::vector<cab::SurfacePoint> points(kPlayers);
+    // quote
     cab::QueryJob job;
     job.queries = shots;
     job.histories = {&history, 1};
@@ -97,6 +100,7 @@ int main() {
     job.hits = hits;
     job.surface_points = points;
     cab::exit_on_error(cab::run_queries(world.engine(), job));
+    // end quote
     met += job.hit_count;
     for (std::size_t h = 0; h < job.hit_count; ++h) {
       // Where the front of the chest is 1.5 m above the ground; and the three corners of a triangle say the same place.

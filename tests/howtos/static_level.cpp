@@ -24,6 +24,7 @@ int main() {
       triangles.insert(triangles.end(), {corner, below, corner + 1, corner + 1, below, below + 1});
     }
 
+  // quote
   // What was cooked before is not loaded: triangles are added anew when a level is, some microseconds each. They are
   // copied. A triangle has no inside, so a half space below catches what fell through.
   cab::StaticBody wall;
@@ -41,6 +42,7 @@ int main() {
   desc.bodies = bodies;
   desc.vertices = vertices;
   desc.triangles = triangles;
+  // end quote
 
   cab::World world;
   cab::BatchId level, feet;
@@ -50,8 +52,10 @@ int main() {
   const cab::Leaf foot = {0, cab::axis_aligned_box({0, 0, 0}, {.25f, .25f, .25f}), {&ball, 1}};
   const std::int32_t parents[] = {-1};
   cab::exit_on_error(world.add_batch({parents, {}, {&foot, 1}, {}}, 3, &feet));  // a of each hit, as it came first
+  // quote
   cab::exit_on_error(world.add_static_batch(desc, &level));
   cab::exit_on_error(world.add_rule({feet, level}));
+  // end quote
   world.job().policies.exact = cab::Exact::kConvex;
 
   // The first foot stands on the hills, the second at the wall, above the hills, the third has fallen through.
@@ -61,6 +65,7 @@ int main() {
   world.input(feet)->origins = origins;
   cab::exit_on_error(world.run());
 
+  // quote
   // Instances of the level: bodies first, in their order, then the triangles.
   bool on_hills = false, at_wall = false, on_floor = false, elsewhere = false;
   for (const cab::Hit& hit : world.hits()) {
@@ -76,5 +81,6 @@ int main() {
       (body == 0 ? at_wall : on_floor) = hit.instance_a == (body == 0 ? 1u : 2u);
     }
   }
+  // end quote
   return on_hills && at_wall && on_floor && !elsewhere ? 0 : 1;
 }

@@ -7,6 +7,7 @@
 #include <thread>
 #include <vector>
 
+// quote
 // The game's threads. This example starts them in each call; a game hands the tasks to threads that wait for work.
 struct Jobs {
   std::uint32_t worker_count = 4;
@@ -26,6 +27,7 @@ struct Jobs {
     jobs.tasks_run += count;
   }
 };
+// end quote
 
 // 32 rows of 32 fighters. In a row they stand 1 apart and are 1.2 wide, so each touches the next one.
 static std::vector<cab::Hit> hits_of_crowd(const cab::EngineDesc& desc) {
@@ -55,6 +57,7 @@ static bool same(const std::vector<cab::Hit>& a, const std::vector<cab::Hit>& b)
 }
 
 int main() {
+  // quote
   cab::EngineDesc desc;  // thread_count is 1: the calling thread
   const std::vector<cab::Hit> one_thread = hits_of_crowd(desc);
   desc.thread_count = 0;  // every core
@@ -63,6 +66,7 @@ int main() {
   const cab::Scheduler scheduler = {&jobs, jobs.worker_count, Jobs::run};
   desc.scheduler = &scheduler;
   const std::vector<cab::Hit> own_threads = hits_of_crowd(desc);
+  // end quote
 
   std::printf("%zu hits; %u tasks ran on the game's threads\n", one_thread.size(), jobs.tasks_run.load());
   const bool right = one_thread.size() == 32 * 31 && same(every_core, one_thread) && same(own_threads, one_thread);
