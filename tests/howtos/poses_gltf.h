@@ -57,6 +57,7 @@ inline void set_local(const Node& node, float* m) {
   m[15] = 1;
 }
 
+// quote
 // The pose of a link, 16 floats: the matrix of its node times those of all nodes above, joints or not.
 inline void set_pose(const std::vector<Node>& nodes, std::uint32_t node, float* pose) {
   set_local(nodes[node], pose);
@@ -76,5 +77,6 @@ inline cab::PoseView poses_of(const std::vector<float>& matrices) {
   poses.has_scale = true;  // of nodes, the same along all axes
   return poses;
 }
+// end quote
 
 }  // namespace as_in_gltf

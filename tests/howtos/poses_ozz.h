@@ -13,6 +13,7 @@ struct alignas(16) Float4x4 {
   float cols[4][4];
 };
 
+// quote
 // LocalToModelJob::output of all characters, one after the other. No number is copied.
 inline cab::PoseView poses_of(const Float4x4* models) {
   cab::PoseView poses;
@@ -32,6 +33,7 @@ inline cab::PoseView poses_of(const Character* characters) {
   poses.instance_stride = sizeof(Character);
   return poses;
 }
+// end quote
 
 // Skeleton::joint_parents(): parents come before their children already.
 inline std::vector<std::int32_t> parents_of(cab::Span<const std::int16_t> joint_parents) {

@@ -14,6 +14,7 @@ struct Transform {
   double rotation[4];
 };
 
+// quote
 // The pose of a link: what lookupTransform(base, link) answers, with the robot's base as the target frame.
 inline void append_pose(const Transform& link_to_base, std::vector<float>* poses) {
   for (const double x : link_to_base.rotation) poses->push_back(static_cast<float>(x));
@@ -34,6 +35,7 @@ inline void append_place(const Transform& base_to_map, std::vector<double>* orig
   for (const double x : base_to_map.translation) origins->push_back(x);
   for (const double x : base_to_map.rotation) orientations->push_back(static_cast<float>(x));
 }
+// end quote
 
 // A box of URDF, <origin xyz rpy> and <box size>: rotated about the fixed axes x, y, z by roll, pitch, yaw, in this
 // order. A size is a whole length, cab's is a half.

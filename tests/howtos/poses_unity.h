@@ -17,6 +17,7 @@ struct RigidTransform {
   float pos[3];
 };
 
+// quote
 // Matrix4x4.TRS(root.position, root.rotation, Vector3.one).inverse * bone.localToWorldMatrix, for each bone of each
 // character: where the bone is from its root, with the scales of both. Origins and orientations have the root's place.
 inline cab::PoseView poses_of(const Matrix4x4* matrices) {
@@ -34,5 +35,6 @@ inline cab::PoseView poses_of(const RigidTransform* transforms) {
   poses.data = transforms->rot;
   return poses;
 }
+// end quote
 
 }  // namespace as_in_unity

@@ -23,6 +23,7 @@ struct Matrix44f {
   float M[4][4];
 };
 
+// quote
 // Component-space transforms in floats, all of scale 1: 7 of their floats are a pose. No number is copied.
 inline cab::PoseView poses_of(const Transform3f* transforms) {
   cab::PoseView poses;
@@ -48,5 +49,6 @@ inline void append_poses(const Transform* transforms, std::size_t count, std::ve
     for (int k = 0; k < 3; ++k) poses->push_back(static_cast<float>(transforms[i].translation[k]));
   }
 }
+// end quote
 
 }  // namespace as_in_unreal

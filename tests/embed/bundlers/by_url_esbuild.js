@@ -1,5 +1,7 @@
 import {load} from 'cab-collision';
+// quote
 import url from 'cab-collision/cab_simd.wasm';
+// end quote
 import {touching} from './arms.js';
 
 async function main() {

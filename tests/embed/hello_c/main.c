@@ -11,10 +11,12 @@ static void check(cab_Status status) {
 }
 
 int main(void) {
+  // quote
   /* Structs begin with their defaults. Then what differs is set. */
   cab_EngineDesc engine_desc = cab_default_engine_desc();
   cab_Engine* engine = NULL;
   check(cab_create_engine(CAB_ABI_VERSION, &engine_desc, &engine));
+  // end quote
 
   /* Once: link 1 hangs on link 0. Each is a box 1 long, with its joint at the frame's origin and x along it. */
   const int32_t parents[] = {-1, 0};
@@ -42,6 +44,7 @@ int main(void) {
   const float poses[2][2][7] = {{{0, 0, 0, 1, 0, 0, 0}, {0, 0, .7071068f, .7071068f, 1, 0, 0}}, /* bent upwards */
                                 {{0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 0, 0}}};                /* straight */
   const double origins[] = {0, 0, 0, .6, .5, 0};
+  // quote
   cab_PairRule rule = cab_default_pair_rule();
   rule.a = rule.b = arms;
   cab_BatchInput input = cab_default_batch_input();
@@ -58,6 +61,7 @@ int main(void) {
   job.hits.data = hits;
   job.hits.size = 16;
   check(cab_run_frame(engine, &job));
+  // end quote
   for (size_t i = 0; i < job.hit_count; ++i)
     printf("link %d of arm %u touches link %d of arm %u\n", hits[i].link_a, (unsigned)hits[i].instance_a,
            hits[i].link_b, (unsigned)hits[i].instance_b);

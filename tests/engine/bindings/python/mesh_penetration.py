@@ -25,6 +25,7 @@ def bend(angles, place):
     return out
 
 
+# quote
 vertices, triangles, weights = limb()
 bones = np.tile([0, 1], (len(vertices), 1))
 rest = np.tile(np.eye(4, dtype=np.float32), (2, 1, 1))  # joint to model; so are the inverse bind matrices
@@ -47,3 +48,4 @@ for frame in range(len(angles)):
     )
     links = ", ".join(f"{body.names[hit['link_a']]} and {body.names[hit['link_b']]}" for hit in hits)
     print(f"frame {frame}: {len(pairs)} pairs of triangles" + (f", {links}" if links else ""))
+# end quote

@@ -30,7 +30,8 @@ def run(program, *arguments):
 
 def printed_in_docs(program, document=DOCUMENT):
     """The block of text that follows the quote of a program."""
-    return re.search(rf"<!-- tests/engine/bindings/python/{program} -->\n.*?```text\n(.*?)```", document, re.S).group(1)
+    quote = rf"<!-- tests/engine/bindings/python/{program}(?:, in part)? -->\n"
+    return re.search(rf"{quote}.*?```text\n(.*?)```", document, re.S).group(1)
 
 
 def need_matplotlib():
