@@ -42,18 +42,18 @@ int main() {
     return fail(recorder.error());
   // end quote
 
-  // quote
   // Frames as always. Each is recorded once it has run.
   for (int frame = 0; frame < 60; ++frame) {
     const float y = 0.5f - 0.01f * static_cast<float>(frame);
     const float poses[2][2][7] = {{{0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 1, 1, 0, 0}},
                                   {{0, 0, 0, 1, 0.5f, y, 0}, {0, 0, 0, 1, 1.5f, y, 0}}};
     world.input(arms)->poses.data = poses[0][0];
+    // quote
     cab::exit_on_error(world.run());
     if (!recorder.add_frame(world.job(), frame / 60.0)) return fail(recorder.error());
+    // end quote
   }
   if (!recorder.close()) return fail(recorder.error());
-  // end quote
 
   // quote
   // The same frames again, here without SIMD.

@@ -65,7 +65,6 @@ int main() {
   world.input(feet)->origins = origins;
   cab::exit_on_error(world.run());
 
-  // quote
   // Instances of the level: bodies first, in their order, then the triangles.
   bool on_hills = false, at_wall = false, on_floor = false, elsewhere = false;
   for (const cab::Hit& hit : world.hits()) {
@@ -81,6 +80,5 @@ int main() {
       (body == 0 ? at_wall : on_floor) = hit.instance_a == (body == 0 ? 1u : 2u);
     }
   }
-  // end quote
   return on_hills && at_wall && on_floor && !elsewhere ? 0 : 1;
 }
