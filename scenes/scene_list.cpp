@@ -58,7 +58,7 @@ constexpr std::array kRows = {
     NamedScene{"line", "humanoids in one line, 0.5 m apart", kCrowdCommand, CrowdScene{make_line}},
     NamedScene{"churn", "uniform, one in a hundred replaced by another in every frame", kCrowdCommand,
                CrowdScene{make_churn}},
-    NamedScene{"city", "uniform, nine in ten of them at rest", kCrowdCommand | kPeersCommand, CrowdScene{make_city}},
+    NamedScene{"city", "uniform, nine in ten of them at rest", kCrowdCommand, CrowdScene{make_city}},
     NamedScene{"level", "uniform, with as many static boxes or triangles", kCrowdCommand, CrowdScene{make_level}},
     NamedScene{"giant", "uniform, one of them 100 times as large as the others", kCrowdCommand, CrowdScene{make_giant}},
     NamedScene{"detailed", "uniform, each link of each humanoid or clip in many boxes", kCrowdCommand,

@@ -85,7 +85,7 @@ TEST_CASE("every scene stands in the list once, and the commands offer what they
   }
   CHECK(scenes::scene_names(kCrowdCommand, "|") ==
         "uniform|jitter|bottleneck|battle|spot|line|churn|city|level|giant|detailed|ropes|rigs|mixed|skins|far");
-  CHECK(scenes::scene_names(kPeersCommand, ", ") == "uniform, jitter, city, rigs, mixed");
+  CHECK(scenes::scene_names(kPeersCommand, ", ") == "uniform, jitter, rigs, mixed");
   CHECK(scenes::scene_names(kSweepByDefault, " ") ==
         "chains3 chains6 dented braid hand cmu uniform-1000 detailed-256 rigs-100 ropes-64");
 }

@@ -185,7 +185,6 @@ class World {
  private:
   void set_links(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t n = 0; n < objects_.size(); ++n) {
-      if (added_ && leaves_.rests(posed, leaves_.character_of(n))) continue;
       if (!added_) objects_[n] = make_object(shapes_[leaves_.kind_of(n)].get(), n);
       objects_[n]->setWorldTransform(transform_of(leaves_.pose(posed, n)));
     }
@@ -193,7 +192,6 @@ class World {
   // The boxes are placed in the world, and their object stays at its origin.
   void set_compounds(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t i = 0; i < compounds_.size(); ++i) {
-      if (added_ && leaves_.rests(posed, i)) continue;
       const std::uint32_t first = leaves_.character(i).first_leaf, end = leaves_.end_leaf(i);
       for (std::uint32_t n = first; n < end; ++n) {
         const btTransform transform = transform_of(leaves_.pose(posed, n));
@@ -258,11 +256,8 @@ class TreeWorld : btDbvt::ICollide {
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     boxes_.pose(posed);
-    const bool built = !tree_.empty();
-    for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      if (built && boxes_.leaves().rests(posed, per_link_ ? boxes_.character_of(n) : n)) continue;
+    for (std::uint32_t n = 0; n < nodes_.size(); ++n)
       set_leaf(tree_, nodes_[n], n, per_link_ ? boxes_.bounds(n) : boxes_.character(n));
-    }
     pairs_ = &out;
     tree_.collideTTpersistentStack(tree_.m_root, tree_.m_root, *this);
   }

@@ -46,13 +46,6 @@ class CrowdLeaves {
     return character + 1 < character_count() ? characters_[character + 1].first_leaf : leaf_count();
   }
 
-  // Whether a character is the same in all frames, so that what a set-up keeps of it need not be updated.
-  bool rests(const std::vector<scenes::PosedGroup>& posed, std::uint32_t character) const {
-    const Character& of = characters_[character];
-    const std::vector<std::uint8_t>& moved = posed[of.group].moved;
-    return !moved.empty() && moved[of.instance] == 0;
-  }
-
   // The number of a leaf of an instance of a group.
   std::uint32_t number_of(std::uint32_t group, std::uint32_t instance, std::uint32_t leaf) const {
     return characters_[first_characters_[group] + instance].first_leaf + leaf;

@@ -2,7 +2,6 @@
 #include <embree3/rtcore.h>
 
 #include <memory>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -35,59 +34,26 @@ void check(RTCDevice device) {
 }
 
 // A scene with one primitive per link, or per character.
-class Part {
- public:
-  Part(RTCDevice device, const CrowdBoxes& boxes, bool per_link, RTCBuildQuality quality)
-      : boxes_(boxes), per_link_(per_link), scene_(rtcNewScene(device)) {
-    geometry_ = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetSceneBuildQuality(scene_, quality);
-    if (quality == RTC_BUILD_QUALITY_LOW) {  // the tree is built once, by the fast builder, and refitted from then on
-      rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
-      rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
-    }
-    rtcSetGeometryUserData(geometry_, this);
-    rtcSetGeometryBoundsFunction(geometry_, bound, this);
-    rtcAttachGeometry(scene_, geometry_);
-  }
-  ~Part() {
-    rtcReleaseGeometry(geometry_);
-    rtcReleaseScene(scene_);
-  }
-  Part(const Part&) = delete;
-  Part& operator=(const Part&) = delete;
-
-  void add(std::uint32_t number) { numbers_.push_back(number); }
-  bool empty() const { return numbers_.empty(); }
-  std::uint32_t number(unsigned primitive) const { return numbers_[primitive]; }
-  RTCScene scene() const { return scene_; }
-
-  void commit() {
-    rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(numbers_.size()));
-    rtcCommitGeometry(geometry_);
-    rtcCommitScene(scene_);
-  }
-
- private:
-  static void bound(const RTCBoundsFunctionArguments* arguments) {
-    const Part& self = *static_cast<const Part*>(arguments->geometryUserPtr);
-    const std::uint32_t number = self.numbers_[arguments->primID];
-    set_bounds(self.per_link_ ? self.boxes_.bounds(number) : self.boxes_.character(number), *arguments->bounds_o);
-  }
-
-  const CrowdBoxes& boxes_;
-  bool per_link_;
-  RTCScene scene_;
-  RTCGeometry geometry_;
-  std::vector<std::uint32_t> numbers_;  // by primitive, of its link or character
-};
-
-// Who moves is in one scene, who rests in another that is built once.
 class World {
  public:
-  World(const scenes::Crowd& crowd, bool per_link) : boxes_(crowd), per_link_(per_link) {}
+  World(const scenes::Crowd& crowd, bool per_link)
+      : boxes_(crowd),
+        per_link_(per_link),
+        scene_(rtcNewScene(device_)),
+        geometry_(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER)) {
+    // The tree is built once, by the fast builder, and refitted from then on.
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetGeometryBuildQuality(geometry_, RTC_BUILD_QUALITY_REFIT);
+    rtcSetGeometryUserPrimitiveCount(geometry_,
+                                     per_link ? boxes_.leaves().leaf_count() : boxes_.leaves().character_count());
+    rtcSetGeometryUserData(geometry_, this);
+    rtcSetGeometryBoundsFunction(geometry_, bound, nullptr);
+    rtcAttachGeometry(scene_, geometry_);
+  }
   ~World() {
-    moving_.reset();
-    resting_.reset();
+    rtcReleaseGeometry(geometry_);
+    rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
   }
   World(const World&) = delete;
@@ -95,30 +61,18 @@ class World {
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     boxes_.pose(posed);
-    if (!moving_) make_parts(posed);
-    if (!moving_->empty()) moving_->commit();
+    rtcCommitGeometry(geometry_);
+    rtcCommitScene(scene_);
     pairs_ = &out;
-    collide(*moving_, *moving_);
-    collide(*moving_, *resting_);
-    collide(*resting_, *resting_);
+    rtcCollide(scene_, scene_, pair_found, this);
     check(device_);
   }
 
  private:
-  void make_parts(const std::vector<scenes::PosedGroup>& posed) {
-    moving_.emplace(device_, boxes_, per_link_, RTC_BUILD_QUALITY_LOW);
-    resting_.emplace(device_, boxes_, per_link_, RTC_BUILD_QUALITY_HIGH);
-    const std::uint32_t count = per_link_ ? boxes_.leaves().leaf_count() : boxes_.leaves().character_count();
-    for (std::uint32_t n = 0; n < count; ++n)
-      (boxes_.leaves().rests(posed, per_link_ ? boxes_.character_of(n) : n) ? *resting_ : *moving_).add(n);
-    if (!resting_->empty()) resting_->commit();
-  }
-
-  void collide(const Part& a, const Part& b) {
-    if (a.empty() || b.empty()) return;
-    a_ = &a;
-    b_ = &b;
-    rtcCollide(a.scene(), b.scene(), pair_found, this);
+  static void bound(const RTCBoundsFunctionArguments* arguments) {
+    const World& self = *static_cast<const World*>(arguments->geometryUserPtr);
+    const std::uint32_t number = arguments->primID;
+    set_bounds(self.per_link_ ? self.boxes_.bounds(number) : self.boxes_.character(number), *arguments->bounds_o);
   }
 
   void test(std::uint32_t a, std::uint32_t b) {
@@ -130,8 +84,8 @@ class World {
   static void pair_found(void* user, RTCCollision* collisions, unsigned count) {
     World& self = *static_cast<World*>(user);
     for (const RTCCollision* c = collisions; c != collisions + count; ++c) {
-      const std::uint32_t a = self.a_->number(c->primID0), b = self.b_->number(c->primID1);
-      if (self.a_ == self.b_ && a >= b) continue;
+      const std::uint32_t a = c->primID0, b = c->primID1;
+      if (a >= b) continue;
       if (!self.per_link_) {
         self.boxes_.for_leaves(a, b, [&self](std::uint32_t la, std::uint32_t lb) { self.test(la, lb); });
       } else if (self.boxes_.character_of(a) != self.boxes_.character_of(b) &&
@@ -144,8 +98,8 @@ class World {
   CrowdBoxes boxes_;
   bool per_link_;
   RTCDevice device_ = make_device();
-  std::optional<Part> moving_, resting_;
-  const Part *a_ = nullptr, *b_ = nullptr;  // of the collisions that are reported
+  RTCScene scene_;
+  RTCGeometry geometry_;
   std::vector<LeafPair>* pairs_ = nullptr;
 };
 

@@ -50,7 +50,7 @@ std::vector<Geometry> make_geometries(const LeafPoser<float>& leaves) {
   return out;
 }
 
-// Objects in a tree that is refitted by update(). If some rest, those that move are put in anew instead.
+// Objects in a tree that is refitted.
 struct Tree {
   std::vector<Object> objects;
   fcl::DynamicAABBTreeCollisionManagerf manager;
@@ -60,25 +60,15 @@ struct Tree {
     objects.back().setUserData(reinterpret_cast<void*>(std::uintptr_t{objects.size() - 1}));
   }
 
-  // Places every object by set(object, number), but those for which rests(number) only in the first call, which builds
-  // the tree.
-  template <class Rests, class Set>
-  void update(Rests&& rests, Set&& set) {
-    const bool built = !manager.empty();
-    std::vector<fcl::CollisionObjectf*> moved;
-    for (std::uint32_t n = 0; n < objects.size(); ++n) {
-      if (built && rests(n)) continue;
-      set(objects[n], n);
-      moved.push_back(&objects[n]);
-    }
-    if (!built) {
-      manager.registerObjects(moved);
-      manager.setup();
-    } else if (moved.size() == objects.size()) {
-      manager.update();
-    } else {
-      manager.update(moved);
-    }
+  // Places every object by set(object, number). The first call builds the tree.
+  template <class Set>
+  void update(Set&& set) {
+    for (std::uint32_t n = 0; n < objects.size(); ++n) set(objects[n], n);
+    if (!manager.empty()) return manager.update();
+    std::vector<fcl::CollisionObjectf*> all;
+    for (Object& object : objects) all.push_back(&object);
+    manager.registerObjects(all);
+    manager.setup();
   }
 };
 
@@ -123,11 +113,10 @@ struct LinkWorld {
   }
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
-    tree.update([&](std::uint32_t n) { return leaves.rests(posed, leaves.character_of(n)); },
-                [&](Object& object, std::uint32_t n) {
-                  object.setTransform(transform_of(leaves.pose(posed, n)));
-                  object.computeAABB();
-                });
+    tree.update([&](Object& object, std::uint32_t n) {
+      object.setTransform(transform_of(leaves.pose(posed, n)));
+      object.computeAABB();
+    });
     pairs = &out;
     tree.manager.collide(this, pair_found);
   }
@@ -176,14 +165,11 @@ struct BoundsWorld {
   }
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
-    const auto rests = [&](std::uint32_t leaf) { return boxes.leaves().rests(posed, boxes.character_of(leaf)); };
     boxes.pose(posed);
-    for (std::uint32_t n = 0; n < obbs.size(); ++n)
-      if (tree.manager.empty() || !rests(n)) obbs[n] = obb_of(boxes.box(n));
-    tree.update([&](std::uint32_t n) { return link_objects ? rests(n) : boxes.leaves().rests(posed, n); },
-                [&](Object& object, std::uint32_t n) {
-                  object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
-                });
+    for (std::uint32_t n = 0; n < obbs.size(); ++n) obbs[n] = obb_of(boxes.box(n));
+    tree.update([&](Object& object, std::uint32_t n) {
+      object.set_bounds(link_objects ? boxes.bounds(n) : boxes.character(n));
+    });
     pairs = &out;
     tree.manager.collide(this, link_objects ? test_links_overlap : pair_characters_overlap);
   }
@@ -208,14 +194,13 @@ class Queries : public CrowdQueries {
   }
 
   void update(const PosedBoxes& posed) override {
-    tree_.update([](std::uint32_t) { return false; },
-                 [&](Object& object, std::uint32_t n) {
-                   object.setTransform(transform_of(posed.boxes[n]));
-                   if (is_alone_)
-                     object.computeAABB();
-                   else
-                     object.set_bounds(bounds_of(posed.boxes[n]));
-                 });
+    tree_.update([&](Object& object, std::uint32_t n) {
+      object.setTransform(transform_of(posed.boxes[n]));
+      if (is_alone_)
+        object.computeAABB();
+      else
+        object.set_bounds(bounds_of(posed.boxes[n]));
+    });
   }
 
   // Spheres: tested, then candidates alone if the set-up has them; then points.

@@ -138,10 +138,8 @@ class CrowdBoxes {
         bounds_(leaves_.leaf_count()),
         characters_(leaves_.character_count()) {}
 
-  // Characters that rest are posed in the first call alone.
   void pose(const std::vector<scenes::PosedGroup>& posed) {
     for (std::uint32_t i = 0; i < characters_.size(); ++i) {
-      if (posed_ && leaves_.rests(posed, i)) continue;
       const std::uint32_t first = leaves_.character(i).first_leaf;
       for (std::uint32_t n = first; n < leaves_.end_leaf(i); ++n) {
         boxes_[n] = leaves_.pose(posed, n);
@@ -150,7 +148,6 @@ class CrowdBoxes {
         grow(characters_[i], bounds_[n]);
       }
     }
-    posed_ = true;
   }
 
   const LeafPoser<float>& leaves() const { return leaves_; }
@@ -177,7 +174,6 @@ class CrowdBoxes {
   std::vector<WorldBox<float>> boxes_;
   std::vector<WorldBounds> bounds_;
   std::vector<WorldBounds> characters_;
-  bool posed_ = false;
 };
 
 }  // namespace cab::perf

@@ -37,7 +37,6 @@ class World {
 
   void run(const std::vector<scenes::PosedGroup>& posed, std::vector<LeafPair>& out) {
     for (std::uint32_t n = 0; n < geoms_.size(); ++n) {
-      if (placed_ && leaves_.rests(posed, leaves_.character_of(n))) continue;
       const WorldBox<float>& box = boxes_[n] = leaves_.pose(posed, n);
       dMatrix3 rotation = {};  // three rows of four
       for (std::size_t k = 0; k < 3; ++k)
@@ -45,7 +44,6 @@ class World {
       dGeomSetPosition(geoms_[n], box.center[0], box.center[1], box.center[2]);
       dGeomSetRotation(geoms_[n], rotation);
     }
-    placed_ = true;
     pairs_ = &out;
     dSpaceCollide(outer_, this, pair_found);
   }
@@ -73,7 +71,6 @@ class World {
   std::vector<WorldBox<float>> boxes_;
   bool own_test_;
   std::vector<dGeomID> geoms_;
-  bool placed_ = false;  // whether those that rest are where they stay
   dSpaceID outer_;
   std::vector<LeafPair>* pairs_ = nullptr;
 };

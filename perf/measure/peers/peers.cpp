@@ -65,7 +65,7 @@ class Runner {
  public:
   Runner(const Contestant& contestant, const scenes::Crowd& crowd) : leaves_(crowd) {
     if (contestant.ours()) {
-      session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1, AtRest::kReported);
+      session_ = std::make_unique<CrowdSession>(crowd, contestant.isa, 1);
       policies_.exact = contestant.exact;
     } else {
       frame_ = contestant.setup.make(crowd);

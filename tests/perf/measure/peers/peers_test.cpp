@@ -107,17 +107,6 @@ TEST_CASE("cab peers gives every set-up the bodies of all groups of a mixed crow
   CHECK(shapes < 0.8 * boxes);  // measured: 0.44
 }
 
-TEST_CASE("cab peers --scene city lets no set-up lose those who rest") {
-  const TemporaryFolder folder;
-  const Outcome outcome =
-      peers({"--scene", "city", "--characters", "150", "--rounds", "1", "--json", folder / "peers.json"});
-  INFO(outcome.error);
-  REQUIRE(outcome.exit_code == 0);
-  const Json json = Json::parse(read_text(folder / "peers.json"));
-  check_pairs(json["runs"]);
-  check_pairs(json["verification"]);
-}
-
 TEST_CASE("cab peers runs the libraries that it is told to") {
   const TemporaryFolder folder;
   const Outcome outcome = peers({"--peers", "fcl", "--scene", "jitter", "--characters", "50", "--rounds", "1", "--isa",
@@ -296,7 +285,7 @@ TEST_CASE("cab peers says what was wrong and how to do it right") {
       {{"--peers", "physx"}, "choose fcl, bullet, embree, ode"},
       {{"--peers", "fcl,"}, "choose fcl, bullet, embree, ode"},
       {{"--peers", "fcl,fcl"}, "given twice"},
-      {{"--scene", "battle"}, "choose uniform, jitter, city, rigs, mixed"},
+      {{"--scene", "battle"}, "choose uniform, jitter, rigs, mixed"},
       {{"--characters", "0"}, "--characters"},
       {{"--characters", "1,many"}, "--characters"},
       {{"--rounds", "0"}, "--rounds"},
