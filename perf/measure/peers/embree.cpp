@@ -110,22 +110,9 @@ PeerFrame make(const scenes::Crowd& crowd) {
 
 // ----------------------------------------------------------------------------------------------------------- queries
 
-// What a primitive is, and how the boxes of a character are tested in the callback.
-enum class Primitives : std::uint8_t {
-  kLeaves,  // a leaf
-  kBoxes,   // a character: its boxes one by one
-  kBounds,  // a character: of each leaf its bounds, then its box
-  kBlocks,  // a character: sixteen boxes at a time
-};
-constexpr const char* kPrimitiveNames[] = {"leaf", "character", "character bounds", "character blocks"};
-constexpr const char* kPrimitiveMeanings[] = {"one primitive per leaf", "one primitive per character, then its boxes",
-                                              "one primitive per character, then of each leaf its bounds and its box",
-                                              "one primitive per character, then its boxes, sixteen at a time"};
-
-enum class Build : std::uint8_t { kRefit, kLow, kMedium };
-constexpr const char* kBuildNames[] = {"refit", "low", "medium"};
-constexpr const char* kBuildMeanings[] = {"tree built once and refitted", "tree rebuilt at low quality",
-                                          "tree rebuilt at medium quality"};
+// What a primitive is, and what the callback tests: a leaf, or a character with sixteen of its boxes at a time.
+enum class Primitives : std::uint8_t { kLeaves, kBlocks };
+enum class Build : std::uint8_t { kRefit, kMedium };
 
 // How rays are given: as they come or sorted, and how many at a time.
 struct RayMode {
@@ -134,17 +121,13 @@ struct RayMode {
   bool is_sorted;
 };
 constexpr RayMode kRayModes[] = {
-    {"1", 1, false}, {"1 sorted", 1, true}, {"4 sorted", 4, true}, {"8 sorted", 8, true}, {"16 sorted", 16, true}};
+    {"1", 1, false}, {"1 sorted", 1, true}, {"8 sorted", 8, true}, {"16 sorted", 16, true}};
 
 template <unsigned n>
 struct RayTypes;
 template <>
 struct RayTypes<1> {
   using RayHit = RTCRayHit;
-};
-template <>
-struct RayTypes<4> {
-  using RayHit = RTCRayHit4;
 };
 template <>
 struct RayTypes<8> {
@@ -175,32 +158,18 @@ struct AskedPoint {
 // one.
 CAB_PEER_INLINE bool meet_character(const Asked& world, std::uint32_t character, const float (&at)[3],
                                     const float (&along)[3], float& most, unsigned& leaf) {
-  const std::uint32_t first = world.posed->leaves.character(character).first_leaf;
+  std::uint32_t first = world.posed->leaves.character(character).first_leaf;
   bool is_met = false;
-  if (world.primitives == Primitives::kBlocks) {
-    std::uint32_t begin = first;
-    for (std::uint32_t b = world.blocks->begin(character); b < world.blocks->end(character); ++b) {
-      float distance[BoxBlock::kBoxes];
-      ray_meets_block((*world.blocks)[b], at, along, most, distance);
-      for (std::uint32_t i = 0; i < BoxBlock::kBoxes; ++i)
-        if (distance[i] < most) {
-          most = distance[i];
-          leaf = begin + i;
-          is_met = true;
-        }
-      begin += BoxBlock::kBoxes;
-    }
-    return is_met;
-  }
-  const float inverse[3] = {1 / along[0], 1 / along[1], 1 / along[2]};
-  const std::uint32_t end = world.posed->leaves.end_leaf(character);
-  for (std::uint32_t n = first; n < end; ++n) {
-    if (world.primitives == Primitives::kBounds && !ray_meets(world.bounds->leaves[n], at, inverse, most)) continue;
-    const float distance = ray_meets(world.posed->boxes[n], at, along, most);
-    if (!(distance < most)) continue;
-    most = distance;
-    leaf = n;
-    is_met = true;
+  for (std::uint32_t b = world.blocks->begin(character); b < world.blocks->end(character); ++b) {
+    float distance[BoxBlock::kBoxes];
+    ray_meets_block((*world.blocks)[b], at, along, most, distance);
+    for (std::uint32_t i = 0; i < BoxBlock::kBoxes; ++i)
+      if (distance[i] < most) {
+        most = distance[i];
+        leaf = first + i;
+        is_met = true;
+      }
+    first += BoxBlock::kBoxes;
   }
   return is_met;
 }
@@ -263,7 +232,6 @@ CAB_PEER_INLINE void intersect_packet(const RTCIntersectFunctionNArguments& argu
 CAB_PEER_INLINE void intersect(const RTCIntersectFunctionNArguments& arguments) {
   switch (arguments.N) {
     case 1: return intersect_one(arguments);
-    case 4: return intersect_packet<4>(arguments);
     case 8: return intersect_packet<8>(arguments);
     case 16: return intersect_packet<16>(arguments);
     default: return;  // no other width is asked for
@@ -289,27 +257,13 @@ CAB_PEER_INLINE bool meet_point(RTCPointQueryFunctionArguments& arguments) {
   bool is_nearer = false;
   if (world.primitives == Primitives::kLeaves) {
     is_nearer = meet_square(asked, square_distance(world.posed->boxes[arguments.primID], at), arguments.primID);
-  } else if (world.primitives == Primitives::kBlocks) {
+  } else {
     std::uint32_t first = world.posed->leaves.character(arguments.primID).first_leaf;
     for (std::uint32_t b = world.blocks->begin(arguments.primID); b < world.blocks->end(arguments.primID); ++b) {
       float square[BoxBlock::kBoxes];
       square_distances((*world.blocks)[b], at, square);
       for (std::uint32_t i = 0; i < BoxBlock::kBoxes; ++i) is_nearer |= meet_square(asked, square[i], first + i);
       first += BoxBlock::kBoxes;
-    }
-  } else {
-    const std::uint32_t end = world.posed->leaves.end_leaf(arguments.primID);
-    for (std::uint32_t n = world.posed->leaves.character(arguments.primID).first_leaf; n < end; ++n) {
-      if (world.primitives == Primitives::kBounds) {
-        float square = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-          const WorldBounds& bounds = world.bounds->leaves[n];
-          const float out = most_of(most_of(bounds.low[c] - at[c], at[c] - bounds.high[c]), 0);
-          square += out * out;
-        }
-        if (square > asked.square) continue;
-      }
-      is_nearer |= meet_square(asked, square_distance(world.posed->boxes[n], at), n);
     }
   }
   if (is_nearer) arguments.query->radius = std::sqrt(asked.square);
@@ -390,7 +344,6 @@ class Queries : public CrowdQueries {
     switch (is_ray ? kRayModes[mode].width : 0) {
       case 0: answer_points(asked, order, out); break;
       case 1: cast<1>(asked, order, out); break;
-      case 4: cast<4>(asked, order, out); break;
       case 8: cast<8>(asked, order, out); break;
       default: cast<16>(asked, order, out); break;
     }
@@ -432,8 +385,6 @@ class Queries : public CrowdQueries {
       }
       if constexpr (n == 1)
         rtcIntersect1(scene_, &context, &packet);
-      else if constexpr (n == 4)
-        rtcIntersect4(valid, scene_, &context, &packet);
       else if constexpr (n == 8)
         rtcIntersect8(valid, scene_, &context, &packet);
       else
@@ -478,25 +429,29 @@ class Queries : public CrowdQueries {
 
 std::vector<QuerySetup> query_setups() {
   std::vector<QuerySetup> out;
-  for (const Primitives primitives :
-       {Primitives::kLeaves, Primitives::kBoxes, Primitives::kBounds, Primitives::kBlocks})
-    for (const Build build : {Build::kRefit, Build::kLow, Build::kMedium}) {
-      const auto p = static_cast<std::size_t>(primitives), b = static_cast<std::size_t>(build);
-      QuerySetup& setup = out.emplace_back();
-      setup.name = std::string(kPrimitiveNames[p]) + ' ' + kBuildNames[b];
-      setup.alone = false;
-      setup.meaning = std::string(kPrimitiveMeanings[p]) + "; " + kBuildMeanings[b];
-      for (const RayMode& mode : kRayModes)
-        setup.modes.push_back(
-            {QueryKind::kRay, mode.name,
-             "rtcIntersect" + std::to_string(mode.width) + (mode.is_sorted ? ", rays sorted" : ", rays as they come")});
-      setup.modes.push_back({QueryKind::kSphere, "sorted", "rtcPointQuery with the radius, spheres sorted"});
-      setup.modes.push_back({QueryKind::kPoint, "", "rtcPointQuery, points as they come"});
-      setup.modes.push_back({QueryKind::kPoint, "sorted", "rtcPointQuery, points sorted"});
-      setup.make = [primitives, build](const PosedBoxes& posed) {
-        return std::make_unique<Queries>(posed, primitives, build);
-      };
-    }
+  const auto add = [&out](const char* name, const char* meaning, Primitives primitives, Build build) {
+    QuerySetup& setup = out.emplace_back();
+    setup.name = name;
+    setup.alone = false;
+    setup.meaning = meaning;
+    for (const RayMode& mode : kRayModes)
+      setup.modes.push_back(
+          {QueryKind::kRay, mode.name,
+           "rtcIntersect" + std::to_string(mode.width) + (mode.is_sorted ? ", rays sorted" : ", rays as they come")});
+    setup.modes.push_back({QueryKind::kSphere, "sorted", "rtcPointQuery with the radius, spheres sorted"});
+    setup.modes.push_back({QueryKind::kPoint, "", "rtcPointQuery, points as they come"});
+    setup.modes.push_back({QueryKind::kPoint, "sorted", "rtcPointQuery, points sorted"});
+    setup.make = [primitives, build](const PosedBoxes& posed) {
+      return std::make_unique<Queries>(posed, primitives, build);
+    };
+  };
+  add("leaf refit", "one primitive per leaf; tree built once and refitted", Primitives::kLeaves, Build::kRefit);
+  add("character blocks refit",
+      "one primitive per character, then its boxes, sixteen at a time; tree built once and refitted",
+      Primitives::kBlocks, Build::kRefit);
+  add("character blocks medium",
+      "one primitive per character, then its boxes, sixteen at a time; tree rebuilt at medium quality",
+      Primitives::kBlocks, Build::kMedium);
   return out;
 }
 

@@ -41,17 +41,6 @@ CAB_PEER_INLINE float ray_meets(const WorldBox<float>& box, const float (&at)[3]
   return near;
 }
 
-// Whether a ray meets bounds before `most`. inverse: of its direction.
-CAB_PEER_INLINE bool ray_meets(const WorldBounds& bounds, const float (&at)[3], const float (&inverse)[3], float most) {
-  float near = 0, far = most;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const float one = (bounds.low[c] - at[c]) * inverse[c], other = (bounds.high[c] - at[c]) * inverse[c];
-    near = most_of(near, least_of(one, other));
-    far = least_of(far, most_of(one, other));
-  }
-  return near <= far * 1.0000004f;
-}
-
 // The square of a point's distance from a box, 0 inside.
 CAB_PEER_INLINE float square_distance(const WorldBox<float>& box, const float (&at)[3]) {
   const float x = at[0] - box.center[0], y = at[1] - box.center[1], z = at[2] - box.center[2];
