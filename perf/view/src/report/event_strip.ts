@@ -1,22 +1,15 @@
 // All events of a recording over time: the worse, the taller. A click opens the event.
+import {el, svg} from '../ui/dom.js';
 import {seconds} from '../ui/format.js';
 import {type ReportEvent, worstOf} from './events.js';
 import {severityText} from './texts.js';
 import type {ReportFile} from './types.js';
 
-const NAMESPACE = 'http://www.w3.org/2000/svg';
 const WIDTH = 1000;
 const HEIGHT = 44;
 const LEAST_WIDTH = 4;
 const LEAST_HEIGHT = 8;
 const MARKS = 5;
-
-function make(name: string, attributes: Record<string, string | number>, text = ''): SVGElement {
-  const element = document.createElementNS(NAMESPACE, name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, String(value));
-  if (text !== '') element.textContent = text;
-  return element;
-}
 
 /** How bad an event is, beside others of its file: its depth, else its triangles, else its frames. */
 function badness(event: ReportEvent): number {
@@ -29,32 +22,23 @@ export function makeEventStrip(events: readonly ReportEvent[], file: ReportFile,
                                onOpen: (event: ReportEvent) => void): HTMLElement {
   const frames = Math.max(file.frames, 1);
   const most = events.reduce((sum, event) => Math.max(sum, badness(event)), 0) || 1;
-  const strip = make('svg', {
+  const strip = svg('svg', {
     class: 'report-event-strip', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: 'none', 'aria-hidden': 'true',
   });
   // The mildest are drawn first, so that no worse one is hidden.
   for (const event of [...events].reverse()) {
     const width = Math.max((event.last + 1 - event.first) / frames * WIDTH, LEAST_WIDTH);
     const height = LEAST_HEIGHT + badness(event) / most * (HEIGHT - LEAST_HEIGHT);
-    const bar = make('rect', {
-      class: event === events[0] ? 'bar worst' : 'bar', x: Math.min(event.first / frames * WIDTH, WIDTH - width),
-      y: HEIGHT - height, width, height,
-    });
     const worst = worstOf(event);
     const when = worst.worst_seconds === null ? `frame ${worst.worst_frame}` : seconds(worst.worst_seconds);
-    bar.append(make('title', {}, `${severityText(worst, file)} at ${when}`));
+    const bar = svg('rect', {
+      class: event === events[0] ? 'bar worst' : 'bar', x: Math.min(event.first / frames * WIDTH, WIDTH - width),
+      y: HEIGHT - height, width, height,
+    }, svg('title', {}, `${severityText(worst, file)} at ${when}`));
     bar.addEventListener('click', () => onOpen(event));
     strip.append(bar);
   }
-  const axis = document.createElement('div');
-  axis.className = 'report-axis quiet';
-  axis.setAttribute('aria-hidden', 'true');
-  for (let mark = 0; mark < MARKS; ++mark) {
-    const words = document.createElement('span');
-    words.textContent = seconds(frames * file.seconds_per_frame * mark / (MARKS - 1));
-    axis.append(words);
-  }
-  const whole = document.createElement('div');
-  whole.append(strip, axis);
-  return whole;
+  const marks = Array.from({length: MARKS}, (_, mark) =>
+    el('span', {}, seconds(frames * file.seconds_per_frame * mark / (MARKS - 1))));
+  return el('div', {}, strip, el('div', {class: 'report-axis quiet', 'aria-hidden': 'true'}, ...marks));
 }

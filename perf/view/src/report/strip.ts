@@ -1,26 +1,20 @@
 // A small timeline of a row: when it is in contact, from the first to the last frame of its recording.
+import {svg} from '../ui/dom.js';
 import type {ReportInterval} from './types.js';
 
-const NAMESPACE = 'http://www.w3.org/2000/svg';
 const WIDTH = 160;
 const HEIGHT = 12;
 const LEAST_WIDTH = 3;
 
-function rectangle(kind: string, x: number, width: number, height: number): SVGElement {
-  const element = document.createElementNS(NAMESPACE, 'rect');
-  const attributes = {class: kind, x, y: HEIGHT - height, width, height};
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
-  return element;
-}
+const rectangle = (kind: string, x: number, width: number, height: number): SVGElement =>
+  svg('rect', {class: kind, x, y: HEIGHT - height, width, height});
 
 /** The numbers that it shows are in the cells beside it, so it is not read aloud. */
 export function makeStrip(intervals: readonly Pick<ReportInterval, 'first' | 'last'>[], worstFrame: number,
                           frames: number): SVGElement {
-  const strip = document.createElementNS(NAMESPACE, 'svg');
-  strip.setAttribute('class', 'report-strip');
-  strip.setAttribute('viewBox', `0 0 ${WIDTH} ${HEIGHT}`);
-  strip.setAttribute('preserveAspectRatio', 'none');
-  strip.setAttribute('aria-hidden', 'true');
+  const strip = svg('svg', {
+    class: 'report-strip', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: 'none', 'aria-hidden': 'true',
+  });
   const at = (frame: number): number => WIDTH * frame / Math.max(frames, 1);
   for (const {first, last} of intervals) {
     const width = Math.max(at(last + 1) - at(first), LEAST_WIDTH);

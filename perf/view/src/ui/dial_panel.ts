@@ -15,14 +15,15 @@ export interface DialActions {
   onStop: () => void;
 }
 
+/** Each with its meaning. */
 const RESULTS = {
-  milliseconds: 'Time',
-  boxTests: 'Box tests',
-  leafPairs: 'Leaf pairs',
-  exactTests: 'Exact tests',
-  falsePositives: 'False positives',
-  hits: 'Hits',
-  hash: 'Hash',
+  milliseconds: ['Time', 'Of the frame, in the engine'],
+  boxTests: ['Box tests', 'Overlap tests of two boxes, inner ones and leaves'],
+  leafPairs: ['Leaf pairs', 'Leaf pairs whose boxes overlap: #coll in the paper'],
+  exactTests: ['Exact tests', 'Leaf pairs that went to the exact test'],
+  falsePositives: ['False positives', 'Exact tests that found the leaves apart: #false in the paper'],
+  hits: ['Hits', 'Pairs of links that touch'],
+  hash: ['Hash', 'FNV-1a, 64 bits, of the bytes of hits, then of contacts'],
 } as const;
 
 type ResultRow = keyof typeof RESULTS;
@@ -79,10 +80,10 @@ export class DialPanel {
 
   #resultTable(): HTMLElement {
     const body = el('tbody');
-    for (const [row, label] of Object.entries(RESULTS) as [ResultRow, string][]) {
+    for (const [row, [label, title]] of Object.entries(RESULTS) as [ResultRow, readonly [string, string]][]) {
       const cells = {recorded: el('td'), here: el('td')};
       this.#cells.set(row, cells);
-      body.append(el('tr', {}, el('th', {scope: 'row'}, label), cells.recorded, cells.here));
+      body.append(el('tr', {title}, el('th', {scope: 'row'}, label), cells.recorded, cells.here));
     }
     return el('table', {class: 'results'}, el('thead', {}, el('tr', {}, el('td'),
       el('th', {scope: 'col'}, 'as recorded'), el('th', {scope: 'col'}, 'in your browser'))), body);

@@ -1,4 +1,6 @@
 // Icons of buttons, drawn as paths in a square of 24.
+import {svg} from './dom.js';
+
 const PATHS = {
   play: 'M7 4 L20 12 L7 20 Z',
   pause: 'M6 4 H10 V20 H6 Z M14 4 H18 V20 H14 Z',
@@ -12,14 +14,5 @@ const PATHS = {
 
 export type Icon = keyof typeof PATHS;
 
-const SVG = 'http://www.w3.org/2000/svg';
-
-export function icon(name: Icon): SVGSVGElement {
-  const svg = document.createElementNS(SVG, 'svg');
-  svg.setAttribute('viewBox', '0 0 24 24');
-  svg.setAttribute('aria-hidden', 'true');
-  const path = document.createElementNS(SVG, 'path');
-  path.setAttribute('d', PATHS[name]);
-  svg.append(path);
-  return svg;
-}
+export const icon = (name: Icon): SVGElement =>
+  svg('svg', {viewBox: '0 0 24 24', 'aria-hidden': 'true'}, svg('path', {d: PATHS[name]}));

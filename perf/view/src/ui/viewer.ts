@@ -13,7 +13,6 @@ import {isAsRecorded} from './dial_state.js';
 import {el, setText} from './dom.js';
 import {canFilm, Film} from './film.js';
 import {count, hash, plural, timeLeft, wordsOf} from './format.js';
-import {FramePanel} from './frame_panel.js';
 import {FrameRate} from './frame_rate.js';
 import {listenToKeys} from './keyboard.js';
 import {LiveEngine} from './live_engine.js';
@@ -59,7 +58,6 @@ export class Viewer {
   readonly #timeline: Timeline;
   readonly #transport: Transport;
   readonly #pairs: PairList;
-  readonly #framePanel = new FramePanel();
   readonly #contactPanel: ContactPanel;
   readonly #onPlace: ViewerOptions['onPlace'];
   readonly #messages: Messages;
@@ -120,7 +118,7 @@ export class Viewer {
       el('div', {class: 'scene'}, this.#viewPanel.controls, surface, this.#viewPanel.legend),
       el('aside', {class: 'side', 'aria-label': 'Numbers and settings'}, this.#contactPanel.element,
         makeTabs([['Contacts', this.#pairs.element], ['The dial', this.live.panel.element],
-                  ['About', el('div', {}, this.#framePanel.element, aboutOf(recording))]])),
+                  ['About', aboutOf(recording)]])),
       el('div', {class: 'bottom'}, this.#timeline.element,
         el('div', {class: 'row'}, this.#transport.element, this.#reading, this.#status)));
     this.#listen(surface, onHelp);
@@ -192,7 +190,6 @@ export class Viewer {
       return;
     }
     this.#setStatus('');
-    this.#framePanel.show(this.#frame, this.player.timeOf(frame));
     this.live.show(this.#frame, playing);
     this.#draw();
     if (!playing) this.#onPlace(frame, this.#selection.pair);
