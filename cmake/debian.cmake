@@ -105,7 +105,7 @@ if(CAB_BUILD_COMMAND)
     "collision detection of characters: command"
     "${about}\n\nThis package has the command cab, which runs motion files, robots and crowds.")
   # For `cab scan`.
-  set(CPACK_DEBIAN_CAB_TOOLS_PACKAGE_SUGGESTS "python3-cab, python3-cryptography, python3-dask, python3-distributed")
+  set(CPACK_DEBIAN_CAB_TOOLS_PACKAGE_SUGGESTS "python3-cab, python3-dask, python3-distributed")
   configure_file(perf/cli/cab.1.in ${PROJECT_BINARY_DIR}/debian/cab.1 @ONLY)
   cab_zip(${PROJECT_BINARY_DIR}/debian/cab.1)
   install(FILES ${PROJECT_BINARY_DIR}/debian/cab.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT cab_tools)

@@ -1,4 +1,4 @@
-"""cab_scan: a corpus of clips, robots, recordings or arrays -> one table of what touches, by Dask where it is there.
+"""cab_scan: a corpus of clips, robots, recordings or arrays -> one table of what touches.
 
 `cab scan --help`, or `python3 -P -m cab_scan --help`, says how to run it: without -P, of Python 3.11, modules come from
 the current folder first. docs/scale.md of the project says what the tables mean. A loader of one's own (`--loader

@@ -1,26 +1,19 @@
 # mypy: allow-untyped-calls
-"""Dask: workers of this machine or of a cluster that is there, and items that go to them until each has rows."""
+"""Dask: the workers of a cluster that is there, and items that go to them until each has rows."""
 
 import asyncio
 import collections
 import concurrent.futures
 import contextlib
-import gc
 import itertools
 import logging
-import shutil
 import socket
-import tempfile
 import time
-from multiprocessing import resource_tracker
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 from urllib.parse import urlsplit
 
-import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, Security, TimeoutError, get_worker, wait
-from distributed.utils import LoopRunner
+from distributed import Client, Future, KilledWorker, TimeoutError, get_worker, wait
 
-from . import stopping
 from .plan import make_tasks
 from .progress import Progress
 from .tasks import lost_rows, run_items
@@ -29,76 +22,12 @@ from .work import ClusterError, Item, Report, Row
 
 # Tasks that wait at a worker beside the one that runs there.
 _TASKS_PER_WORKER = 3
-# So many workers of this machine may die with a task before Dask gives it back.
-_ALLOWED_DEATHS = 2
-_LAST_WAIT_SECONDS = 10
 # In which a scheduler that is there answers.
 _ANSWER_SECONDS = 5
 # After which workers that are gone, all of them, will not come back.
 _ALONE_SECONDS = 300
 # How often it is looked whether a worker that does not answer is still there.
 _LOOK_SECONDS = 0.5
-
-
-@contextlib.contextmanager
-def local_workers(count: int, memory: str) -> Iterator[Client]:
-    """Processes of this machine, each with one thread and bounded memory. One that dies is replaced.
-
-    They, the scheduler and this process know each other by certificates of their own, since all users of a machine
-    reach its ports, and what comes through them is run.
-    """
-    settings = {
-        "distributed.scheduler.allowed-failures": _ALLOWED_DEATHS - 1,
-        "distributed.worker.profile.enabled": False,
-        # A worker answers nobody while a loader holds Python's lock (the GIL). Four times Dask's limit of 30 s it may
-        # be asked for its rows.
-        "distributed.comm.retry.count": 3,
-        "distributed.admin.tick.limit": "1h",
-        # Their web servers, which know no certificates, serve nothing.
-        "distributed.scheduler.http.routes": [],
-        "distributed.worker.http.routes": [],
-    }
-    try:
-        security = Security.temporary()
-    except ImportError as error:
-        raise ClusterError("Python has no module cryptography (Debian: python3-cryptography) for workers") from error
-    # Python's resource tracker lets interrupts through to the thread that starts it, and so to workers from there.
-    resource_tracker.ensure_running()
-    loop = LoopRunner()
-    stopping.without_interrupts(loop.start)
-    with stopping.cleaning(_new_folder, _remove_folder) as folder, dask.config.set(settings):
-        cluster = LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, memory_limit=memory, dashboard_address=None,
-            silence_logs=logging.CRITICAL, extensions={}, local_directory=folder, security=security, loop=loop.loop,
-            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-        )
-        client = Client(cluster)
-        try:
-            client.run(gc.freeze, on_error="ignore")  # so that they end at once, as in __main__.py
-            yield client
-        except KeyboardInterrupt:
-            raise  # `stopping.end` ends the workers, without waiting for what they do
-        except BaseException:
-            _close(client, cluster, count)
-            raise
-        _close(client, cluster, count)
-        loop.stop()
-
-
-def _new_folder() -> str:
-    return tempfile.mkdtemp(prefix="cab-scan-")
-
-
-def _remove_folder(folder: str) -> None:
-    shutil.rmtree(folder, ignore_errors=True)
-
-
-def _close(client: Client, cluster: LocalCluster, count: int) -> None:
-    # A worker that is being replaced would end with a traceback if the cluster closed now.
-    with contextlib.suppress(TimeoutError):
-        client.wait_for_workers(count, timeout=_LAST_WAIT_SECONDS)
-    client.close()
-    cluster.close()
 
 
 @contextlib.contextmanager
@@ -153,8 +82,8 @@ def _check_version(versions: Versions, worker: str) -> None:
         raise ClusterError(f"{worker} has other versions than this process: {differs}")
 
 
-def _run_on_worker(task: List[Item], most_seconds: Optional[float]) -> Report:
-    return run_items(task, get_worker().local_directory, most_seconds)
+def _run_on_worker(task: List[Item]) -> Report:
+    return run_items(task, get_worker().local_directory)
 
 
 class Dispatcher:
@@ -165,15 +94,10 @@ class Dispatcher:
     rows cannot be fetched is treated alike, so that none is computed again and again.
     """
 
-    def __init__(
-        self, client: Client, finished: Callable[[List[Row]], None], progress: Progress,
-        most_seconds: Optional[float] = None,
-    ) -> None:
+    def __init__(self, client: Client, finished: Callable[[List[Row]], None], progress: Progress) -> None:
         self._client, self._finished, self._progress = client, finished, progress
-        self._most_seconds = most_seconds
-        self._most_workers = 0
         self._alone_since: Optional[float] = None  # since when there is no worker
-        self._threads = self._keep_workers()  # of all workers, as the scheduler said last
+        self._threads = self._count_threads()  # of all workers, as the scheduler said last
         self._running: Dict[Future, List[Item]] = {}
         self._suspects: Deque[Item] = collections.deque()
         self._numbers = itertools.count()
@@ -194,7 +118,7 @@ class Dispatcher:
 
     def _submit(self, task: List[Item]) -> None:
         key = f"cab-scan-{id(self)}-{next(self._numbers)}"
-        future = self._client.submit(_run_on_worker, task, self._most_seconds, key=key, pure=False)
+        future = self._client.submit(_run_on_worker, task, key=key, pure=False)
         self._running[future] = task
 
     def _collect(self) -> None:
@@ -204,7 +128,7 @@ class Dispatcher:
         self._progress.draw()
         if self._client.status != "running":
             raise ClusterError("the scheduler is gone")
-        self._threads = self._keep_workers()
+        self._threads = self._count_threads()
         for future in [future for future in self._running if future.done()]:
             task = self._running.pop(future)
             report = _report_of(self._client, future)
@@ -217,15 +141,10 @@ class Dispatcher:
             else:
                 self._suspects.extend(task)
 
-    def _keep_workers(self) -> int:
-        # Dask sends away a worker that did not answer, and puts none in its place. Returns how many threads there are,
-        # or 1 while there is none.
+    def _count_threads(self) -> int:
+        # 1 while there is no worker.
         workers: Dict[str, Dict[str, int]] = self._client.scheduler_info()["workers"]
-        count = len(workers)
-        if count < self._most_workers and self._client.cluster is not None:
-            self._client.cluster.scale(self._most_workers)
-        self._most_workers = max(self._most_workers, count)
-        if count:
+        if workers:
             self._alone_since = None
             return sum(worker["nthreads"] for worker in workers.values())
         self._alone_since = self._alone_since or time.monotonic()
@@ -247,13 +166,11 @@ class Dispatcher:
         self._progress.advance(item.size)
 
 
-def dispatch(
-    client: Client, most_seconds: Optional[float], items: Sequence[Item], finished: Callable[[List[Row]], None]
-) -> None:
-    """Runs items to their end, with a line of progress. One that takes so many seconds ends its worker."""
+def dispatch(client: Client, items: Sequence[Item], finished: Callable[[List[Row]], None]) -> None:
+    """Runs items to their end, with a line of progress."""
     progress = Progress(sum(item.size for item in items))
     try:
-        Dispatcher(client, finished, progress, most_seconds).run(items)
+        Dispatcher(client, finished, progress).run(items)
     finally:
         progress.close()
 

@@ -6,7 +6,7 @@ import functools
 import importlib.util
 import os
 import sys
-from typing import Dict, Iterator, List, Optional, Sequence
+from typing import Iterator, List, Optional, Sequence
 
 import cab
 
@@ -136,22 +136,17 @@ def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], tab
 
 @contextlib.contextmanager
 def _workers(chosen: argparse.Namespace) -> Iterator[Dispatch]:
-    has_dask = all(importlib.util.find_spec(name) is not None for name in ("dask", "distributed"))
-    if chosen.scheduler and not has_dask:
+    if not chosen.scheduler:
+        with local.pool(chosen.workers, chosen.memory, chosen.most_seconds) as pool:
+            yield pool.dispatch
+        return
+    if any(importlib.util.find_spec(name) is None for name in ("dask", "distributed")):
         raise ClusterError(
             "--scheduler: Python has no module distributed (Debian: python3-distributed; `./dev deps --cluster` in the "
             "sources of cab installs it)"
         )
-    if not has_dask:
-        with local.pool(chosen.workers, chosen.memory, chosen.most_seconds) as pool:
-            yield pool.dispatch
-        return
     from . import cluster  # late, since it needs Dask
 
-    if chosen.scheduler:
-        workers, most_seconds = cluster.workers_of(chosen.scheduler), None  # the scheduler says what ends its workers
-    else:
-        workers, most_seconds = cluster.local_workers(chosen.workers, chosen.memory), chosen.most_seconds
-    with workers as client:
+    with cluster.workers_of(chosen.scheduler) as client:
         cluster.check_versions(client)
-        yield functools.partial(cluster.dispatch, client, most_seconds)
+        yield functools.partial(cluster.dispatch, client)

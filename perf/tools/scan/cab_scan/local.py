@@ -1,4 +1,4 @@
-"""Workers of this machine without Dask: processes that take tasks through pipes, and items that go to them."""
+"""Workers of this machine: processes that take tasks through pipes, and items that go to them."""
 
 import collections
 import contextlib
@@ -135,7 +135,7 @@ class Pool:
 def pool(count: int, memory: str, most_seconds: float) -> Iterator[Pool]:
     """A pool, which is closed whatever happens."""
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")  # as Dask has it: threads of NumPy's libraries take memory and cores
+        os.environ.setdefault(name, "1")  # threads of NumPy's libraries take memory and cores
     resource_tracker.ensure_running()  # it lets interrupts through to the thread that starts it
     with stopping.cleaning(lambda: Pool(count, bytes_of(memory), most_seconds), Pool.close) as made:
         yield made

@@ -9,8 +9,7 @@ from .policies import choose_policies
 from .work import FileOptions, TestOptions
 
 _DESCRIPTION = """Scans a corpus: which links touch, in which file, when and how deep. The result is one SQLite table.
-Work that is in the table is not done again; docs/scale.md says what the columns mean. Workers are Dask's where it is
-installed."""
+Work that is in the table is not done again; docs/scale.md says what the columns mean."""
 
 
 class _Count:

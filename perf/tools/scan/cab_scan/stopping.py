@@ -97,27 +97,14 @@ def without_interrupts(start: Callable[[], Any]) -> Any:
 
 
 def end() -> NoReturn:
-    """Ends this process and those that it started."""
+    """Ends this process, and with the pool those that it started."""
     while _cleaners:
         with contextlib.suppress(Exception):
             _cleaners.pop()()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(Exception):
             stream.flush()
-    # All is said. Dask, which would replace the workers that end here, has words of its own.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-    _kill_children()
     os._exit(CODE)
-
-
-def _kill_children() -> None:
-    # Those of Dask; without it the pool is among the cleaners.
-    with contextlib.suppress(ImportError):
-        import psutil  # type: ignore[import]  # late, as Python begins faster without it
-
-        for process in psutil.Process().children(recursive=True):
-            with contextlib.suppress(psutil.Error):
-                process.kill()
 
 
 def _stop(_number: int, _frame: Optional[FrameType]) -> None:

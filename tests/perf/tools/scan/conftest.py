@@ -19,11 +19,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[4]
 
 
 def pytest_configure() -> None:
-    """Without Dask nothing runs, and CTest reads why."""
-    missing = [name for name in ("dask", "distributed") if importlib.util.find_spec(name) is None]
-    if missing:
-        pytest.exit(f"scan: skipped: Python has no {missing[0]}; ./dev deps --cluster installs it", returncode=0)
-    for name in ("cab", "cab_scan"):  # which many processes import, and none of them writes down compiled
+    """Compiles what many processes import, and none of them writes down compiled."""
+    for name in ("cab", "cab_scan"):
         compileall.compile_dir(os.path.dirname(str(importlib.util.find_spec(name).origin)), quiet=2)
 
 
@@ -75,13 +72,13 @@ class Scan:
 
     def here(self, *words: object, workers: object = None) -> Outcome:
         """A run in this process, on workers that are there already, or as far as it goes without."""
-        from cab_scan import cluster, command
+        from cab_scan import command, local
 
         out, error = io.StringIO(), io.StringIO()
         with pytest.MonkeyPatch.context() as patch:
             patch.chdir(self.folder)
             if workers is not None:
-                patch.setattr(cluster, "local_workers", lambda *_: contextlib.nullcontext(workers))
+                patch.setattr(local, "pool", lambda *_: contextlib.nullcontext(workers))
             with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
                 code = command.run([str(word) for word in words])
         assert "Traceback" not in error.getvalue(), error.getvalue()
@@ -104,11 +101,11 @@ def scan(tmp_path: pathlib.Path) -> Scan:
 
 @pytest.fixture(scope="session")
 def workers() -> Iterator[object]:
-    """The client of two workers, for all tests of a file."""
-    from cab_scan import cluster
+    """Two workers, for all tests of a file."""
+    from cab_scan import local
 
-    with cluster.local_workers(2, "1GB") as client:
-        yield client
+    with local.pool(2, "1GB", 3600) as pool:
+        yield pool
 
 
 @pytest.fixture

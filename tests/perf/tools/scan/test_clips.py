@@ -239,7 +239,7 @@ def test_recordings_are_replayed_and_reported(scan, quick):
     assert quick("recordings", ".").hash == outcome.hash
 
 
-def test_a_loader_yields_arrays(scan, quick, workers, monkeypatch):
+def test_a_loader_yields_arrays(scan, monkeypatch):
     (scan.folder / "my_arrays.py").write_text(
         """
 import cab, cab_scan, numpy
@@ -259,13 +259,12 @@ def wrong(request):
     poses[:, 1, 4] = np.arange(10) * 0.3
     np.savez(scan.folder / "a.npz", half=np.full((2, 3), 0.5, dtype=np.float32), slow=poses, fast=poses[::2].copy())
     monkeypatch.syspath_prepend(str(scan.folder))
-    workers.run(exec, f"import sys; sys.path.append({str(scan.folder)!r})")
-    assert quick("self", "a.npz", "--hops", 0, "--loader", "my_arrays:load").code == 0
+    assert scan.here("self", "a.npz", "--workers", 1, "--hops", 0, "--loader", "my_arrays:load").code == 0
     assert {(row["sequence"], row["frames"], row["hits"]) for row in scan.rows()} == {("slow", 10, 4), ("fast", 5, 2)}
     for loader, told in (("my_arrays:nothing", "no sequence"), ("my_arrays:wrong", "cab_scan.Sequence is wanted")):
-        outcome = quick("self", "a.npz", "--loader", loader, "--table", "bad.sqlite")
+        outcome = scan.here("self", "a.npz", "--workers", 1, "--loader", loader, "--table", "bad.sqlite")
         assert outcome.code == 1 and told in outcome.error
-    assert "has no absent" in quick("self", "a.npz", "--loader", "my_arrays:absent").error
+    assert "has no absent" in scan.here("self", "a.npz", "--workers", 1, "--loader", "my_arrays:absent").error
 
 
 def test_copies_make_a_corpus_of_any_size(scan, quick):

@@ -1,25 +1,17 @@
 """Faults: workers and clients that are killed, bad files, full disks, other versions. What was finished stays."""
 
 import ctypes
-import functools
-import json
 import os
 import pathlib
 import resource
 import shutil
 import signal
 import sqlite3
-import subprocess
-import sys
-import time
 
-import cab
-import cab_scan
 import pytest
-from distributed import Security
 
 from conftest import Scan, arm_bvh, long, write_corpus
-from faults import children_of, kill_all, wait_for_rows, workers_of
+from faults import kill_all, wait_for_rows, workers_of
 
 _LOADER = "fault_loader:load"
 
@@ -74,74 +66,6 @@ def test_a_client_that_is_killed_goes_on_where_it_was(scan, quick, loader, whole
     assert len(after) == 40 and all(after[file] == number for file, number in there.items())
 
 
-def test_an_interrupt_ends_cleanly(scan, quick, loader):
-    write_list(scan, ["slow"] * 40)
-    words = ["self", "--list", "list.csv", "--loader", loader]
-    process = scan.start(*words)
-    wait_for_rows(scan, 5, process)
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the client and its workers
-    out, error = process.communicate(timeout=60)
-    assert process.returncode == 130 and "the same command goes on" in error
-    assert "Traceback" not in error and "KeyboardInterrupt" not in error and out == ""
-    assert children_of(process.pid) == {}
-    assert not (scan.folder / "scan.sqlite.lock").exists()
-    outcome = quick(*words)
-    assert outcome.code == 0 and len(scan.rows()) == 40
-
-
-def test_what_kills_its_worker_is_a_row_and_blames_nobody_else(scan, loader):
-    parts = ["", "kill", "", "once", "eat", ""] + [""] * 6
-    write_list(scan, parts)
-    outcome = scan("self", "--list", "list.csv", "--loader", loader)
-    assert outcome.code == 1 and "its worker died" in outcome.error and "out of memory" in outcome.error
-    rows = {row["part"]: row for row in scan.rows()}
-    assert len(scan.rows()) == 12
-    assert rows["kill"]["outcome"] == rows["eat"]["outcome"] == "lost"
-    assert rows["once"]["outcome"] == "done" and rows[""]["outcome"] == "done"
-    assert sum(row["outcome"] == "done" for row in scan.rows()) == 10
-
-
-def run_with_a_holding_loader(scan, loader, seconds, connect):
-    """A scan whose loader lets no other thread of the worker run, while rows are to be fetched from there."""
-    write_list(scan, ["", f"hold {seconds}", ""])
-    scan.environment["FAULT_SECONDS"] = "0"
-    if connect:
-        scan.environment["DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT"] = connect
-    process = scan.start("self", "--list", "list.csv", "--loader", loader, "--workers", "1")
-    try:
-        out, error = process.communicate(timeout=240)
-    except subprocess.TimeoutExpired:
-        kill_all(process)
-        raise
-    assert process.returncode == 0, error
-    assert [row["outcome"] for row in scan.rows()] == ["done"] * 3
-
-
-def test_a_loader_may_hold_its_process_for_some_time(scan, loader):
-    run_with_a_holding_loader(scan, loader, 13, "")
-
-
-@long
-def test_a_worker_that_falls_silent_for_too_long_is_replaced(scan, loader):
-    run_with_a_holding_loader(scan, loader, 25, "1s")  # which Dask asks four times
-
-
-@long
-def test_a_worker_that_takes_too_long_is_replaced(scan, loader):
-    write_list(scan, ["", "hold 600", ""])
-    outcome = scan("self", "--list", "list.csv", "--loader", loader, "--most-seconds", 4)
-    assert outcome.code == 1 and "more than --most-seconds" in outcome.error
-    assert [row["outcome"] for row in scan.rows()] == ["done", "lost", "done"]
-
-
-@long
-def test_a_worker_that_takes_too_much_memory_is_replaced(scan, loader):
-    write_list(scan, ["", "grow", ""])
-    outcome = scan("self", "--list", "list.csv", "--loader", loader, "--memory", "400MB")
-    assert outcome.code == 1 and "its worker died" in outcome.error
-    assert [row["outcome"] for row in scan.rows()] == ["done", "lost", "done"]
-
-
 def test_bad_files_are_rows_and_told(scan, quick):
     write_corpus(scan.folder / "corpus", 4)
     (scan.folder / "corpus/bad.bvh").write_text(arm_bvh([0, 1]).replace("OFFSET 0 0.5 0", "OFFSET 0 x 0"))
@@ -189,98 +113,6 @@ def test_changed_files_are_done_anew_and_others_are_not(scan, quick):
     assert quick("self", "corpus").hash == first.hash  # what another version made is made anew
     shutil.rmtree(scan.folder / "corpus/left")
     assert "2 rows of scan.sqlite are of files or options that this scan did not name" in quick("self", "corpus").error
-
-
-class Cluster:
-    """A Dask scheduler, whose workers have a PYTHONPATH of their own. `words` are for scheduler and workers."""
-
-    def __init__(self, folder, *words):
-        self._folder, self._file, self._words = folder, folder / "scheduler.json", words
-        self._scheduler = self._start("dask_scheduler", "--port", "0")
-
-    @functools.cached_property
-    def address(self):
-        while not self._file.exists():
-            assert self._scheduler.poll() is None
-            time.sleep(0.05)
-        return json.loads(self._file.read_text())["address"]
-
-    def _start(self, program, *words, **more):
-        return subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.{program}", "--scheduler-file", str(self._file),
-             "--no-dashboard", *self._words, *words],
-            cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more,
-        )
-
-    def worker(self, path):
-        return self._start("dask_worker", "--nthreads", "1", "--no-nanny", env={**os.environ, "PYTHONPATH": str(path)})
-
-    def close(self):
-        self._scheduler.terminate()
-        self._scheduler.wait()
-
-
-def scan_when_there_are_workers(scan, address):
-    for _ in range(400):
-        outcome = scan("self", "corpus", "--scheduler", address)
-        if "no workers" not in outcome.error:
-            return outcome
-        time.sleep(0.05)
-    raise AssertionError("there are no workers")
-
-
-def test_a_cluster_computes_if_its_workers_have_the_same_versions(scan):
-    write_corpus(scan.folder / "corpus", 2)
-    other = scan.folder / "other"
-    for package in (cab, cab_scan):
-        shutil.copytree(pathlib.Path(package.__file__).parent, other / package.__name__)
-    init = other / "cab/__init__.py"
-    init.write_text(init.read_text().replace("__version__ = _cab.version()", '__version__ = "0.9.9"'))
-    cluster = Cluster(scan.folder)
-    try:
-        for path, code, told in (
-            (other, 1, "other versions than this process: cab 0.9.9 there and"),
-            (scan.folder, 1, "its PYTHONPATH must have cab and cab_scan"),
-            (os.environ["PYTHONPATH"], 0, ""),
-        ):
-            worker = cluster.worker(path)
-            try:
-                outcome = scan_when_there_are_workers(scan.here, cluster.address)
-            finally:
-                worker.terminate()
-                worker.wait()
-            assert outcome.code == code and told in outcome.error, outcome.error
-            assert len(scan.rows()) == (0 if code else 2)
-    finally:
-        cluster.close()
-    gone = scan.here("self", "corpus", "--scheduler", cluster.address)
-    assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
-
-
-@long
-def test_a_scheduler_may_want_certificates(scan):
-    write_corpus(scan.folder / "corpus", 2)
-    made = Security.temporary()
-    for name, text in (("ca", made.tls_ca_file), ("cert", made.tls_client_cert), ("key", made.tls_client_key)):
-        (scan.folder / f"{name}.pem").write_text(text)
-    files = [word for name in ("ca-file", "cert", "key") for word in (f"--tls-{name}", f"{name.split('-')[0]}.pem")]
-    cluster = Cluster(scan.folder, "--protocol", "tls", *files)
-    worker = cluster.worker(os.environ["PYTHONPATH"])
-    try:
-        assert cluster.address.startswith("tls://")
-        plain = scan("self", "corpus", "--scheduler", cluster.address)
-        assert plain.code == 1 and "distributed.comm.tls has the certificates" in plain.error
-        wrong = scan("self", "corpus", "--scheduler", cluster.address.replace("tls://", "tcp://"))
-        assert wrong.code == 1 and "begins with tls://" in wrong.error
-        assert plain.error.count("\n") == wrong.error.count("\n") == 1
-        start = "DASK_DISTRIBUTED__COMM__TLS__"
-        for name, file in (("CA_FILE", "ca"), ("CLIENT__CERT", "cert"), ("CLIENT__KEY", "key")):
-            scan.environment[start + name] = str(scan.folder / f"{file}.pem")
-        assert scan_when_there_are_workers(scan, cluster.address).code == 0 and len(scan.rows()) == 2
-    finally:
-        worker.terminate()
-        worker.wait()
-        cluster.close()
 
 
 def limit_files():

@@ -1,4 +1,4 @@
-"""Pieces that need no cluster: hashes, runs over borders, tasks, lists, progress, the command line."""
+"""Pieces that need no workers: hashes, runs over borders, tasks, lists, progress, the command line."""
 
 import io
 import sys
@@ -6,7 +6,7 @@ import sys
 import cab
 import numpy as np
 import pytest
-from cab_scan import cluster, contacts, corpus, hashing, options, policies, progress, work
+from cab_scan import contacts, corpus, hashing, options, plan, policies, progress, work
 
 
 def fnv(data: bytes) -> int:
@@ -75,11 +75,11 @@ def item(name, size):
 
 def test_tasks_keep_order_and_are_bounded():
     items = [item(str(number), 1000 * (number % 50)) for number in range(5000)]
-    tasks = cluster.make_tasks(items, 2)
+    tasks = plan.make_tasks(items, 2)
     assert [one for task in tasks for one in task] == items
     assert max(map(len, tasks)) <= 64 and 78 <= len(tasks) < 500
-    assert [len(task) for task in cluster.make_tasks(items[:6], 2)] == [1] * 6
-    assert cluster.make_tasks([], 2) == []
+    assert [len(task) for task in plan.make_tasks(items[:6], 2)] == [1] * 6
+    assert plan.make_tasks([], 2) == []
 
 
 def test_lists_and_patterns_say_what_is_wrong_with_them(tmp_path):

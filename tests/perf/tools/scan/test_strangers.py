@@ -1,6 +1,5 @@
 """Files, names and folders of strangers: what may not run, hang, be written over, or pass for something else."""
 
-import asyncio
 import csv
 import errno
 import fnmatch
@@ -8,8 +7,6 @@ import os
 import pathlib
 import re
 import signal
-import socket
-import ssl
 import subprocess
 import sys
 import threading
@@ -17,11 +14,10 @@ from random import Random
 
 import cab
 import pytest
-from distributed import KilledWorker
-from cab_scan import cluster, corpus, hashing, printable, progress, reading, sequences, table, tasks, work
+from cab_scan import corpus, hashing, printable, reading, sequences, table, tasks, work
 
 from conftest import ROOT, arm_bvh, write_corpus
-from faults import children_of, wait_for_rows
+from faults import children_of, wait_for_rows, workers_of
 
 COMMAND = os.environ.get("CAB_COMMAND", "")
 
@@ -103,18 +99,6 @@ def listening_ports(process):
     return ports
 
 
-def answer_to_a_stranger(port, context):
-    """What a port says to who has no certificate of the scan; empty if it ends the connection."""
-    try:
-        with socket.create_connection(("127.0.0.1", port), timeout=20) as connection:
-            if context:
-                connection = context.wrap_socket(connection)
-            connection.sendall(b"GET / HTTP/1.0\r\n\r\n")
-            return connection.recv(64)
-    except (ssl.SSLError, ConnectionError):
-        return b""
-
-
 def test_other_users_of_the_machine_cannot_reach_workers(scan):
     (scan.folder / "slow.py").write_text("import time\nfrom cab_scan import copies\n"
                                          "def load(request):\n    time.sleep(10 * int(request.part))\n"
@@ -124,17 +108,11 @@ def test_other_users_of_the_machine_cannot_reach_workers(scan):
     scan.environment["PYTHONPATH"] = f"{scan.folder}{os.pathsep}{os.environ['PYTHONPATH']}"
     process = scan.start("self", "--list", "list.csv", "--loader", "slow:load")
     wait_for_rows(scan, 1, process)
-    anybody = ssl.create_default_context()
-    anybody.check_hostname, anybody.verify_mode = False, ssl.CERT_NONE
-    ports = set(listening_ports(process))
-    told = {port: answer_to_a_stranger(port, None) for port in ports}
-    web = [port for port in ports if told[port].startswith(b"HTTP/1.1 404 ")]  # a web server that has nothing
-    told.update((port, told[port][:1] + answer_to_a_stranger(port, anybody)) for port in ports if port not in web)
+    assert len(workers_of(process)) == 2
+    ports = listening_ports(process)
     process.terminate()
     out, error = process.communicate(timeout=60)
-    assert len(ports) - len(web) >= 5  # of the scheduler, and of two workers and those who watch over them
-    # All others say nothing, or that they want a handshake (an alert of TLS), which needs a certificate.
-    assert all(told[port] in (b"", b"\x15") for port in ports if port not in web), told
+    assert ports == []
     assert process.returncode == 130 and out == "", error
 
 
@@ -634,19 +612,7 @@ def test_what_is_printed_is_plain_and_cells_are_no_formulas():
         assert printable.csv_cell(cell) is cell
 
 
-# ------------------------------------------------------------------------------------- S10 to S12: machines, schedulers
-
-
-def test_a_scheduler_that_is_not_there_is_told(scan):
-    write_corpus(scan.folder / "corpus", 1)
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        address = "tcp://127.0.0.1:%d" % taken.getsockname()[1]
-        for wrong, told in ((address, "Connection refused"), ("tcp://127.0.0.1", "HOST:PORT is wanted"),
-                            ("tcp://127.0.0.1:99999", "99999|ange"), ("nowhere.invalid:1", "not known|resol")):
-            code, _, error = scan.here("self", "corpus", "--scheduler", wrong)
-            assert code == 1 and error.startswith(f"cab scan: --scheduler {wrong}: ") and error.count("\n") == 1, error
-            assert any(words in error for words in told.split("|")), error
+# ------------------------------------------------------------------------------------------------- S10, S11: machines
 
 
 def killed(path, stop):
@@ -698,102 +664,3 @@ except cab.FileError as error:
     words = [sys.executable, "-c", program, str(tmp_path / "a.bvh")]
     out = subprocess.run(words, capture_output=True, text=True, check=True).stdout
     assert out.startswith("True ") and "the machine gives less than the 4096 MiB" in out
-
-
-class Finished:
-    """A task that is finished."""
-
-    key, status = "key", "finished"
-
-    def done(self):
-        return True
-
-
-class NoCluster:
-    """What a Dispatcher calls of a client, where the rows of each task are fetched as it is told."""
-
-    cluster, status = None, "running"
-
-    def __init__(self, ends):
-        self.ends, self.sent, self.cancelled = list(ends), [], []
-
-    def scheduler_info(self):
-        return {"workers": {"one": {"nthreads": 1}}}
-
-    def submit(self, _function, task, *_words, **_more):
-        self.sent.append([item.source.name for item in task])
-        return Finished()
-
-    def cancel(self, futures):
-        self.cancelled.extend(futures)
-
-    def fetched(self, _future):
-        end = self.ends.pop(0)
-        if isinstance(end, BaseException):
-            raise end
-        return tasks.Report(tasks.describe(), []) if end else None
-
-
-def test_a_worker_whose_rows_cannot_be_fetched_is_one_that_died(tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "wait", lambda *_, **__: None)
-    monkeypatch.setattr(cluster, "_fetched", NoCluster.fetched)
-    for name in "abc":
-        (tmp_path / f"{name}.bvh").write_text("x")
-    items = items_of(tmp_path)
-    monkeypatch.setattr(cluster, "make_tasks", lambda items, _: [list(items)])
-    client = NoCluster([KilledWorker("key", None, 1), True, OSError("Timed out"), None])
-    told = []
-    cluster.Dispatcher(client, told.extend, progress.Progress(1)).run(items)
-    assert [len(names) for names in client.sent] == [3, 1, 1, 1]  # together, then each alone
-    assert [(row.key.file, row.outcome) for row in told] == [(item.source.name, "lost") for item in items[1:]]
-    assert len(client.cancelled) == 3  # Dask would compute them again
-    with pytest.raises(cluster.ClusterError, match="a task failed: odd"):
-        cluster.Dispatcher(NoCluster([ValueError("odd")]), told.extend, progress.Progress(1)).run(items)
-
-
-def test_a_worker_that_dies_while_its_rows_are_fetched_is_not_waited_for(workers):
-    class Scheduler:
-        async def gather(self, keys):
-            await asyncio.sleep(3600)
-
-    class Client:
-        loop, scheduler = workers.loop, Scheduler()
-
-    class Lost:
-        key, looks = "key", 0
-
-        @property
-        def status(self):
-            self.looks += 1
-            return "finished" if self.looks < 3 else "lost"
-
-    assert cluster._report_of(Client(), Lost()) is None
-
-
-def test_workers_that_are_gone_are_called_back_and_not_waited_for_without_end(monkeypatch):
-    class Cluster:
-        asked = []
-
-        def scale(self, count):
-            self.asked.append(count)
-
-    class Client(NoCluster):
-        cluster, now, there = Cluster(), 1, ["one", "two"]
-
-        def scheduler_info(self):
-            return {"workers": {name: {"nthreads": 1} for name in self.there}}
-
-    monkeypatch.setattr(cluster, "wait", lambda *_, **__: None)
-    monkeypatch.setattr(cluster.time, "monotonic", lambda: client.now)
-    client = Client([])
-    dispatcher = cluster.Dispatcher(client, [].extend, progress.Progress(1))
-    dispatcher._collect()
-    assert not client.cluster.asked
-    client.there = ["one"]
-    dispatcher._collect()
-    assert client.cluster.asked == [2]
-    for client.now, client.there in ((1000, []), (1299, []), (1301, ["one"]), (2000, []), (2300, [])):
-        dispatcher._collect()
-    client.now = 2301
-    with pytest.raises(cluster.ClusterError, match="there has been no worker for 300 s"):
-        dispatcher._collect()
