@@ -16,6 +16,9 @@ struct Spread {
 Spread spread_of(std::vector<double> values);
 double median(std::vector<double> values);
 
+// Of measurements in turns: those of one over those of another, round by round, as far as both have rounds.
+Spread ratio_of(const std::vector<double>& one, const std::vector<double>& other);
+
 // A phase of a frame. Its seconds are summed over threads.
 struct Phase {
   const char* name;  // in a table

@@ -18,10 +18,6 @@ void race(std::vector<Contender>& contenders, std::uint32_t rounds, ProgressBar&
   }
 }
 
-double times_faster(const Contender& a, const Contender& b) {
-  std::vector<double> ratios;
-  for (std::size_t r = 0; r < a.nanoseconds.size(); ++r) ratios.push_back(b.nanoseconds[r] / a.nanoseconds[r]);
-  return median(ratios);
-}
+double times_faster(const Contender& a, const Contender& b) { return ratio_of(b.nanoseconds, a.nanoseconds).median; }
 
 }  // namespace cab::perf

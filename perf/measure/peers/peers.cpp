@@ -173,12 +173,7 @@ struct Run {
   RunPlan plan;
   std::vector<Row> rows;  // of each contestant
   // The time of a row over that of cab, round by round.
-  Spread ratio(std::size_t row) const {
-    std::vector<double> ratios;
-    for (std::size_t r = 0; r < rows[row].seconds.size(); ++r)
-      ratios.push_back(rows[row].seconds[r] / rows[0].seconds[r]);
-    return spread_of(ratios);
-  }
+  Spread ratio(std::size_t row) const { return ratio_of(rows[row].seconds, rows[0].seconds); }
 };
 
 // The fastest, by the medians of their times, of the contestants that were run and for which which(contestant) holds;

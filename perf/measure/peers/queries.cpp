@@ -348,12 +348,6 @@ std::size_t first_of(const std::vector<Contestant>& contestants, QueryKind kind)
       contestants.begin());
 }
 
-Spread ratio(const std::vector<double>& of, const std::vector<double>& to) {
-  std::vector<double> ratios;
-  for (std::size_t r = 0; r < of.size(); ++r) ratios.push_back(of[r] / to[r]);
-  return spread_of(ratios);
-}
-
 bool differ(const Answers& a, const Answers& b, QueryKind kind, std::uint32_t query) {
   if (kind == QueryKind::kSphere) {
     const Span<const Overlap> one = overlaps_of(a, query), other = overlaps_of(b, query);
@@ -497,9 +491,9 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
       std::vector<std::string> cells = {contestants[c].name, contestants[c].alone ? "yes" : ""};
       for (const std::vector<double>* seconds : {&row.update, &row.sort, &row.search, &row.total})
         cells.push_back(fixed(1e3 * median(*seconds), 2));
-      const Spread all = ratio(row.total, run.rows[first].total);
+      const Spread all = ratio_of(row.total, run.rows[first].total);
       for (const double value : {all.median, all.least, all.most}) cells.push_back(fixed(value, 2));
-      cells.push_back(fixed(ratio(row.search, run.rows[first].search).median, 2));
+      cells.push_back(fixed(ratio_of(row.search, run.rows[first].search).median, 2));
       for (const std::uint64_t n : {row.hits, row.differing, row.judged.not_inside, row.judged.queries,
                                     row.judged.misses, row.judged.false_hits, row.judged.inexact})
         cells.push_back(std::to_string(n));
@@ -509,7 +503,7 @@ void print_run(const Run& run, const std::vector<Contestant>& contestants) {
     for (const bool alone : {true, false})
       if (const std::size_t c = best_peer(run, contestants, kind, alone); c < contestants.size())
         std::cout << (alone ? "best peer alone: " : "best peer of all: ") << contestants[c].name << ", "
-                  << fixed(ratio(run.rows[c].total, run.rows[first].total).median, 2) << " times ours\n";
+                  << fixed(ratio_of(run.rows[c].total, run.rows[first].total).median, 2) << " times ours\n";
   }
 }
 
@@ -541,8 +535,8 @@ Json row_json(const Run& run, const std::vector<Contestant>& contestants, std::s
   add_spread(json, "seconds_update", spread_of(row.update));
   add_spread(json, "seconds_sort", spread_of(row.sort));
   add_spread(json, "seconds_query", spread_of(row.search));
-  add_spread(json, "ratio", ratio(row.total, ours.total));
-  add_spread(json, "ratio_query", ratio(row.search, ours.search));
+  add_spread(json, "ratio", ratio_of(row.total, ours.total));
+  add_spread(json, "ratio_query", ratio_of(row.search, ours.search));
   json["seconds_posing_spared"] = contestant.ours ? 0 : median(run.posing);
   json["hits"] = row.hits;
   json["differing"] = row.differing;
@@ -602,7 +596,7 @@ int queries_command(const PeersOptions& options) {
                  {"characters", count},
                  {"alone", alone},
                  {"setup", contestants[c].name},
-                 {"ratio_median", ratio(run.rows[c].total, run.rows[first_of(contestants, kind)].total).median}});
+                 {"ratio_median", ratio_of(run.rows[c].total, run.rows[first_of(contestants, kind)].total).median}});
     }
   return write_results(results, peers, "answers", json_file, csv_file);
 }

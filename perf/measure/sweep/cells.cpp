@@ -145,10 +145,10 @@ std::uint64_t count_missing(const std::vector<SweepHit>& hits, const std::vector
   return missing.size();
 }
 
-double SweepCell::total_seconds() const {
-  std::vector<double> totals;
-  for (const FrameStats& round : rounds) totals.push_back(round.seconds_total);
-  return median(totals);
+std::vector<double> SweepCell::totals() const {
+  std::vector<double> out;
+  for (const FrameStats& round : rounds) out.push_back(round.seconds_total);
+  return out;
 }
 
 std::vector<Policies> choose_policies(const std::vector<std::vector<std::uint32_t>>& values) {
@@ -253,12 +253,7 @@ void mark_front(std::vector<SweepCell>& cells) {
         });
 }
 
-Spread time_ratio(const SweepCell& a, const SweepCell& b) {
-  std::vector<double> ratios;
-  for (std::size_t r = 0; r < std::min(a.rounds.size(), b.rounds.size()); ++r)
-    ratios.push_back(b.rounds[r].seconds_total / a.rounds[r].seconds_total);
-  return spread_of(ratios);
-}
+Spread time_ratio(const SweepCell& a, const SweepCell& b) { return ratio_of(b.totals(), a.totals()); }
 
 std::optional<std::size_t> better_cell(const std::vector<SweepCell>& cells, std::size_t of,
                                        std::uint64_t most_false_positives) {

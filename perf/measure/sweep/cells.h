@@ -31,7 +31,8 @@ struct SweepCell {
   // strategy that it chooses. Such a cell is not timed again and is on no front.
   std::optional<Strategy> same_work_as;
 
-  double total_seconds() const;  // median
+  std::vector<double> totals() const;  // seconds of each round
+  double total_seconds() const { return median(totals()); }
 };
 
 struct SweepRun {
