@@ -77,7 +77,6 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
     : scene_(scene),
       frames_(options.frames),
       within_(options.within),
-      lanes_(options.lanes),
       min_depth_(options.min_depth),
       containment_(options.containment) {
   if (frames_.first >= frames_.end || frames_.end > scene.frame_count)
@@ -89,7 +88,7 @@ EngineSession::EngineSession(const scenes::Scene& scene, const SessionOptions& o
     articulations_.push_back(add_character(*engine_, character));
   }
 
-  const std::uint32_t block = lanes_ == LaneContent::kPairs ? 1 : block_frames(scene, frames_.count());
+  const std::uint32_t block = block_frames(scene, frames_.count());
   full_ = add_batches(block);
   if (frames_.count() % block > 0) last_ = add_batches(frames_.count() % block);
 }
@@ -101,7 +100,7 @@ EngineSession::BatchSet EngineSession::add_batches(std::uint32_t frame_count) {
     BatchDesc desc;
     desc.articulation = articulations_[c];
     desc.instance_count = scene_.characters[c].is_static ? 1 : frame_count;
-    desc.kind = lanes_ == LaneContent::kPairs ? BatchKind::kCharacters : BatchKind::kSequence;
+    desc.kind = BatchKind::kSequence;
     BatchId id;
     require(add_batch(*engine_, desc, &id), scene_.characters[c].name);
     set.batches.push_back(id);

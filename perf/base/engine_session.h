@@ -21,21 +21,13 @@ struct FrameRange {
   std::uint32_t count() const { return end - first; }
 };
 
-// How the session hands a scene to the engine. Hits and #coll do not depend on it.
-enum class LaneContent : std::uint8_t {
-  kFrames,  // one sequence per character: a lane is a frame
-  kPairs,   // one frame at a time, one batch of one instance per character: a lane is a pair of boxes
-};
-inline constexpr const char* kLaneContentNames[] = {"frames", "pairs"};  // in the order of LaneContent
-
 struct SessionOptions {
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   FrameRange frames;               // within the scene
   bool within = false;             // also the links of one character against each other
-  LaneContent lanes = LaneContent::kFrames;
-  float min_depth = 0;      // FrameJob::min_depth
-  bool containment = true;  // FrameJob::containment
+  float min_depth = 0;             // FrameJob::min_depth
+  bool containment = true;         // FrameJob::containment
 };
 
 // Two links that touch in one frame; (character_a, link_a) < (character_b, link_b), by their indices in the scene.
@@ -125,7 +117,6 @@ class EngineSession {
   const scenes::Scene& scene_;
   FrameRange frames_;
   bool within_;
-  LaneContent lanes_;
   float min_depth_;
   bool containment_;
   oracle::EnginePtr engine_;

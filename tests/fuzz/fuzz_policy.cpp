@@ -43,7 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       case 1: FUZZ_CHECK(read_positive("--units", text) > 0); break;
       case 2: FUZZ_CHECK(read_frame_range("--frames", text).count() > 0); break;
       case 3: FUZZ_CHECK(isa_available(read_isa("--isa", text))); break;
-      case 4: FUZZ_CHECK(read_choice("--lanes", text, {"frames", "pairs"}, "what a lane holds") < 2); break;
+      case 4: FUZZ_CHECK(read_choice("--lod", text, {"reach", "nodes"}, "a kind of level") < 2); break;
       case 5: FUZZ_CHECK(read_number_list("--tables", text).size() == split_commas(text).size()); break;
       default: set_and_compare(reader - 6, text);
     }

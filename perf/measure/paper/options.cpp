@@ -18,9 +18,6 @@ Command add_paper(CLI::App& app) {
   add_read(command, "--tables", "LIST", o.tables, "tables, separated by commas (default 1,2,3,4,5)", read_number_list);
   add_number(command, "--frames", o.frame_count,
              "frames per table (default: as many as the paper, 10000, and 4001 of table 5)", 1, kMaxPaperFrames);
-  add_choice<LaneContent>(command, "--lanes", kLaneContentNames, o.lanes, "what a lane holds",
-                          "what the lanes of a SIMD register hold (default frames); the counts are the same"
-                          "\n  frames: 16 frames of one node\n  pairs: one frame at a time, 16 pairs of boxes");
   add_isa(command, o.isa);
   add_threads(command, o.thread_count);
   add_json(command, o.json_path, "write the tables as JSON");

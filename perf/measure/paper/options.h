@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "perf/base/engine_session.h"
 #include "perf/base/options.h"
 
 namespace cab::perf {
@@ -15,7 +14,6 @@ namespace cab::perf {
 struct PaperOptions {
   std::vector<std::uint32_t> tables = {1, 2, 3, 4, 5};
   std::uint32_t frame_count = 0;  // 0: as many as the paper ran
-  LaneContent lanes = LaneContent::kFrames;
   Isa isa = Isa::kAuto;
   std::uint32_t thread_count = 1;  // 0: every core
   std::string json_path;           // empty: no file

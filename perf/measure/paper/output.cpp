@@ -16,8 +16,6 @@ using Json = nlohmann::ordered_json;
 // The time that a frame may take, by the paper's measure.
 constexpr double kFrameSeconds = 1.0 / 30;
 
-const char* to_string(LaneContent lanes) { return kLaneContentNames[static_cast<std::size_t>(lanes)]; }
-
 const MethodRun* find_cab(const TableRun& run) {
   const auto is_cab = [](const MethodRun& method) { return method.method.paper == PaperMethod::kCab; };
   const auto found = std::find_if(run.runs.begin(), run.runs.end(), is_cab);
@@ -132,8 +130,7 @@ Json method_json(const TableRun& run, const MethodRun& method) {
 
 void print_table(const TableRun& run) {
   std::cout << "Table " << run.table->number << ": " << run.table->title << ", " << run.frame_count << " frames ("
-            << cab::to_string(run.isa) << ", lanes " << to_string(run.lanes) << ", threads " << run.thread_count
-            << ")\n";
+            << cab::to_string(run.isa) << ", threads " << run.thread_count << ")\n";
   print_columns(run);
   std::cout << '\n';
   print_ratios(run);
@@ -157,7 +154,6 @@ void write_paper_json(OutputFile& file, const std::vector<TableRun>& tables) {
     table["frame_count"] = run.frame_count;
     table["full_run"] = run.is_full();
     table["isa"] = cab::to_string(run.isa);
-    table["lanes"] = to_string(run.lanes);
     table["threads"] = run.thread_count;
     table["pose_hash"] = hex(run.pose_hash);
     table["box_hash"] = hex(run.box_hash);
@@ -178,10 +174,10 @@ void write_paper_csv(OutputFile& file, const std::vector<TableRun>& tables) {
   std::vector<Json> rows;
   for (const TableRun& run : tables)
     for (const MethodRun& method : run.runs) {
-      Json row = {
-          {"table", run.table->number},      {"method", method.method.name},  {"frames", run.frame_count},
-          {"isa", cab::to_string(run.isa)},  {"lanes", to_string(run.lanes)}, {"threads", run.thread_count},
-          {"pose_hash", hex(run.pose_hash)}, {"box_hash", hex(run.box_hash)}, {"box_hit_hash", hex(run.box_hit_hash)}};
+      Json row = {{"table", run.table->number},    {"method", method.method.name},
+                  {"frames", run.frame_count},     {"isa", cab::to_string(run.isa)},
+                  {"threads", run.thread_count},   {"pose_hash", hex(run.pose_hash)},
+                  {"box_hash", hex(run.box_hash)}, {"box_hit_hash", hex(run.box_hit_hash)}};
       const bool is_cab = method.method.paper == PaperMethod::kCab;
       row["touching"] = is_cab ? Json(run.added.touching) : Json();
       row["added_by_padding"] = is_cab ? Json(run.added.by_padding) : Json();

@@ -17,7 +17,6 @@ struct TableRun {
   const PaperTable* table;
   std::uint32_t frame_count;
   Isa isa;
-  LaneContent lanes;
   std::uint32_t thread_count;
   std::uint64_t pose_hash;
   std::uint64_t box_hash;      // of every box of CAB in every frame

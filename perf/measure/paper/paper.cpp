@@ -253,13 +253,12 @@ TableRun run_table(const PaperTable& table, const PaperOptions& options) {
   result.table = &table;
   result.frame_count = options.frame_count > 0 ? options.frame_count : table.frame_count;
   const scenes::Scene scene = scenes::make_paper_scene(table.number, result.frame_count);
-  SessionOptions session_options = {options.isa, options.thread_count, {0, scene.frame_count}, false, options.lanes};
+  SessionOptions session_options = {options.isa, options.thread_count, {0, scene.frame_count}};
   EngineSession session(scene, session_options);
   // Brute force also queries the links of one chain against each other, but not those of the hand.
   session_options.within = table.number != 5;
   EngineSession brute_session(scene, session_options);
   result.isa = session.isa();
-  result.lanes = options.lanes;
   result.thread_count = session.thread_count();
   result.pose_hash = scenes::pose_hash(scene);
 

@@ -296,8 +296,8 @@ int run_command(const RunOptions& options) {
 
   const bool contacts = gives_contacts(options);
   if (hits) write_hits_header(hits.stream(), contacts);
-  EngineSession session(scene, {options.isa, options.thread_count, frames, options.within, LaneContent::kFrames,
-                                options.min_depth, options.containment});
+  EngineSession session(
+      scene, {options.isa, options.thread_count, frames, options.within, options.min_depth, options.containment});
   print_import(scene, report, options.quiet, std::cerr);
   RunTotals totals;
   TouchingPairs pairs;

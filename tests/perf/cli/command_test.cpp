@@ -142,8 +142,7 @@ TEST_CASE("help names every option, every policy value and every instruction set
       {"robot",
        {"--package", "--missing-mesh", "--no-sandbox", "--srdf", "--samples", "--rest", "--random", "--states",
         "--seed", "--distance", "--exact", "--isa", "--threads", "--json", "--hits", "FILE"}},
-      {"paper",
-       {"--tables", "--frames", "--lanes", "frames|pairs", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
+      {"paper", {"--tables", "--frames", "1,2,3,4,5", "--isa", "--threads", "--json", "--csv"}},
       {"crowd",
        {"--scene", "uniform|jitter|bottleneck|battle", "--characters", "--frames", "--rounds", "--clip", "--units",
         "--up", "--trajectories", "--fps", "--no-sandbox", "--refit", "--strategy", "--exact", "--isa", "--threads",
@@ -371,7 +370,6 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
       {{"run", file, "--motion", other, "--motion", other}, "--motion: given 2 times for 1 files"},
       {{"run", file, "--motion", other, "--hits", other}, "is an input"},
       {{"paper", "--tables", "9"}, "choose from 1,2,3,4,5"},
-      {{"paper", "--lanes", "rows"}, "--lanes: 'rows' is not what a lane holds; choose frames, pairs"},
       {{"paper", "--tables", "one"}, "--tables"},
       {{"paper", "--tables", "1,1"}, "--tables"},
       {{"paper", "--frames", "0"}, "--frames"},
@@ -1136,7 +1134,6 @@ TEST_CASE("a short run of all tables has the same counts and hashes on every ins
     CAPTURE(to_string(isa));
     CHECK((run({"--isa", to_string(isa), "--threads", "2"}) == expected));
   }
-  CHECK((run({"--lanes", "pairs"}) == expected));
 
   // Counts of CAB, of AABB* and of hits, which are the same on every machine.
   const int golden[5][3] = {{51, 1094, 0}, {80, 1195, 0}, {16, 1049, 0}, {187, 1236, 48}, {468, 1020, 0}};
