@@ -5,10 +5,12 @@
 
 #include <cab/policy.h>
 
+#include <type_traits>
+
 namespace cab::kernel {
 
 // The files of kernels/isa define these kernels once per instruction set. This file is compiled without the flags of
-// any instruction set, so it only declares them. A kernel that no room defines fails to link.
+// any instruction set, so it only declares them. A kernel that none of them defines fails to link.
 template <bool UseSum>
 struct CabRule;
 struct CovarianceRule;
@@ -186,6 +188,21 @@ struct BuiltIsa {
 #define CAB_BUILT_ISA(enumerator, name, V, runs) {table_of<V>(Isa::enumerator), []() -> bool { return runs; }},
 constexpr BuiltIsa kBuiltIsas[] = {CAB_BUILT_ISAS(CAB_BUILT_ISA)};
 #undef CAB_BUILT_ISA
+
+// Whether a member of the table has a kernel for each value of the policies that it is indexed by.
+template <class Member>
+constexpr bool is_full(const Member& member) {
+  if constexpr (std::is_array_v<Member>) {
+    for (const auto& entry : member)
+      if (!is_full(entry)) return false;
+    return true;
+  } else {
+    return member != nullptr;
+  }
+}
+constexpr KernelTable kAnyTable = kBuiltIsas[0].table;
+static_assert(is_full(kAnyTable.refit_boxes) && is_full(kAnyTable.refit_aabbs));
+static_assert(is_full(kAnyTable.descend_boxes) && is_full(kAnyTable.brute_boxes) && is_full(kAnyTable.overlap_boxes));
 
 }  // namespace
 
