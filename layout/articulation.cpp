@@ -368,9 +368,15 @@ void append_part(const ConvexPart& part, const Box& box, std::vector<float>& ver
     return;
   }
   for (int c = 0; c < 3; ++c) size[c] = static_cast<double>(part.size[c]);
-  if (part.kind == ShapeKind::kCapsule) size[2] = size[0] + size[1];
-  if (part.kind == ShapeKind::kCylinder) size[2] = size[1];
-  if (part.kind == ShapeKind::kSphere) size[2] = size[0];
+  switch (part.kind) {
+    case ShapeKind::kCapsule: size[2] = size[0] + size[1]; break;
+    case ShapeKind::kCylinder: size[2] = size[1]; break;
+    case ShapeKind::kSphere: size[2] = size[0]; break;
+    case ShapeKind::kBox:
+    case ShapeKind::kEllipsoid:
+    case ShapeKind::kConvexHull:
+    case ShapeKind::kHalfSpace: break;
+  }
   if (size_count(part.kind) < 3) size[1] = size[0];
   for (unsigned i = 0; i < 8; ++i) append_corner(at, columns, size, i, vertices);
 }

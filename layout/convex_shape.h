@@ -16,7 +16,7 @@ enum class ConvexKind : std::uint8_t {
   kCylinder,   // size: radius, unused, half length along z
   kHalfSpace,  // all points with z <= 0; size unused
 };
-inline constexpr std::uint32_t kConvexKindCount = 6;
+inline constexpr std::uint32_t kConvexKindCount = static_cast<std::uint32_t>(ConvexKind::kHalfSpace) + 1;
 
 // One convex shape. The first 64 bytes are one row of a transpose. All lengths are in the caller's unit.
 // Pointers are into the articulation's arena.

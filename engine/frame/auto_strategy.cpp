@@ -24,9 +24,13 @@ constexpr std::uint64_t kDescentPairTests = 64;
 std::uint64_t pair_tests_per_merge(Refit refit) {
   switch (refit) {
     case Refit::kAabbHull: return 1;
+    case Refit::kCab:
+    case Refit::kBest3:
+    case Refit::kCabSum:
+    case Refit::kAabbVertices: return 8;
     case Refit::kCovariance: return 64;
-    default: return 8;
   }
+  return 8;
 }
 
 // The strategy for the characters of a batch.

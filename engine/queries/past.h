@@ -37,7 +37,10 @@ void with_probe(const QueryRun& run, const Query& query, LinkHits& hits, Visit&&
   switch (query.kind) {
     case QueryKind::kRay: return enter(RayQuery(run, query, hits));
     case QueryKind::kRegion: return enter(RegionQuery(run, query, hits));
-    default: return enter(ShapeQuery(run, query, hits));
+    case QueryKind::kSphere:
+    case QueryKind::kBox:
+    case QueryKind::kCapsule:
+    case QueryKind::kPoint: return enter(ShapeQuery(run, query, hits));
   }
 }
 

@@ -594,7 +594,11 @@ bool cast_ray(const LocalRay& ray, const ConvexShape& shape, const StoredPose& a
       break;
     case ConvexKind::kEllipsoid: does_touch = touches(chord, Ellipsoid{grown(size, slack)}); break;
     case ConvexKind::kCylinder: does_touch = touches(chord, Cylinder{size.x, size.z}); break;
-    default: does_touch = cast_hull(chord, shape, place.scale, reach + ray.radius + slack, {0, 0, 0}); break;
+    case ConvexKind::kHull:
+      does_touch = cast_hull(chord, shape, place.scale, reach + ray.radius + slack, {0, 0, 0});
+      break;
+    case ConvexKind::kBox:
+    case ConvexKind::kHalfSpace: break;  // cast above
   }
   if (!does_touch) return false;
   for (Double3* v : {&chord.from, &chord.along, &chord.normal}) *v = kernel::rotate(place.column, *v);

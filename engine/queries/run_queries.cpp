@@ -291,10 +291,14 @@ void search(const QueryRun& run, const Query& query, std::uint32_t number, const
   const auto search_by = [&](auto&& probe) {
     if (probe.enter()) search_index(run, query, probe);
   };
-  if (query.kind == QueryKind::kRegion)
-    search_by(RegionQuery(run, query, hits));
-  else
-    search_by(ShapeQuery(run, query, hits));
+  switch (query.kind) {
+    case QueryKind::kRay: return;  // searched above
+    case QueryKind::kRegion: return search_by(RegionQuery(run, query, hits));
+    case QueryKind::kSphere:
+    case QueryKind::kBox:
+    case QueryKind::kCapsule:
+    case QueryKind::kPoint: return search_by(ShapeQuery(run, query, hits));
+  }
 }
 
 // How many hits a query wants.

@@ -41,9 +41,11 @@ double half_width(const ConvexPart& part, const Vec3& c) {
     case ShapeKind::kSphere: return a * length(c);
     case ShapeKind::kCapsule: return a * length(c) + std::fabs(b * c[2]);
     case ShapeKind::kCylinder: return a * std::sqrt(c[0] * c[0] + c[1] * c[1]) + std::fabs(b * c[2]);
-    default: break;
+    case ShapeKind::kEllipsoid:
+    case ShapeKind::kConvexHull:  // and a half space: no body of a rig is one
+    case ShapeKind::kHalfSpace: break;
   }
-  double width_sq = 0;  // an ellipsoid
+  double width_sq = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double term = part.size[k] * c[k];
     width_sq += term * term;
