@@ -223,6 +223,38 @@ TEST_CASE("rods that pass through each other touch half way, and rods that pass 
   }
 }
 
+TEST_CASE("a ball that first passes closely by one part, then meets another, touches at the second") {
+  const auto ball = [](double x, double y) {
+    return Leaf{
+        0,
+        {{static_cast<float>(x), static_cast<float>(y), 0}, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0.1f, 0.1f, 0.1f}},
+        {}};
+  };
+  World last;
+  for (int m = 0; m < 2; ++m) {
+    Member member;
+    member.rig.parents = {-1};
+    // The second batch is a part 0.05 m off the way of the first, and one in its middle.
+    if (m == 0) member.rig.leaves = {ball(0, 0)};
+    if (m == 1) member.rig.leaves = {ball(-1, 0.25), ball(1, 0)};
+    member.poses.link_count = 1;
+    member.poses.instance_count = 1;
+    member.poses.data = {0, 0, 0, 1, 0, 0, 0};
+    member.poses.origins = {m == 0 ? -2.0 : 0.0, 0, 0};
+    last.members.push_back(member);
+  }
+  World now = last;
+  now.members[0].poses.origins[0] = 2;
+  const EnginePtr engine = make_engine_for(last);
+  const std::vector<Hit> pairs = {{{1}, 0, {2}, 0, 0, 0, 0, 0}};
+  // It comes 4 m far, and touches after 2.8.
+  for (const float resolution : {0.01f, 1e-3f, 1e-5f}) {
+    const std::vector<float> moments = moments_of(*engine, last, now, resolution, pairs);
+    CHECK(moments[0] <= 2.8f / 4);
+    CHECK(moments[0] >= (2.8f - 1.01f * resolution) / 4);
+  }
+}
+
 TEST_CASE("a link that the earlier frame does not have is where it is now, and one that is not valid never touches") {
   Random random(60);
   World last = two_crowds(random);

@@ -28,8 +28,8 @@ constexpr std::size_t kMany = 65, kFew = 64;
 constexpr std::size_t kIdle = 20000;  // so many queries more, and instances are halved
 
 // Where instances are.
-enum class Spread { kCube, kEqual, kLine, kFar, kVeryFar, kHuge };
-constexpr Spread kSpreads[] = {Spread::kCube, Spread::kEqual,   Spread::kLine,
+enum class Spread { kCube, kEqual, kLine, kSteps, kFar, kVeryFar, kHuge };
+constexpr Spread kSpreads[] = {Spread::kCube, Spread::kEqual,   Spread::kLine, Spread::kSteps,
                                Spread::kFar,  Spread::kVeryFar, Spread::kHuge};
 
 Vec3<double> any_place(Random& random, Spread spread) {
@@ -39,6 +39,7 @@ Vec3<double> any_place(Random& random, Spread spread) {
     case Spread::kCube: return 20.0 * out;
     case Spread::kEqual: return {{1, 2, 3}};
     case Spread::kLine: return {{0, 100 * out[0], 0}};
+    case Spread::kSteps: return {{64 * (random.index(3) - 1.0), out[1], out[2]}};  // many at the edge of a bin
     case Spread::kFar: return Vec3<double>{{1e9, -1e9, 3e8}} + 20.0 * out;
     case Spread::kVeryFar: return random.chance(0.5) ? Vec3<double>{{1e100, 0, 0}} : 1e100 * out;
     case Spread::kHuge: return random.log_uniform(1e-20, 1e28) * out;
@@ -205,6 +206,11 @@ std::string fault_of(const QueryIndex& index, const std::vector<std::uint32_t>& 
   for (std::uint32_t m = 0; m < counts.size(); ++m)
     if (const std::string fault = order_fault(index.order.data + index.batch_begin[m], counts[m]); !fault.empty())
       return "instances: " + fault;
+  for (std::uint32_t i = 0; i < index.clusters.size; ++i) {
+    const QueryCluster& of = index.clusters.data[i];
+    const IndexedPoint &middle = index.order[of.first + of.count / 2], &point = index.cluster_order[i];
+    if (!std::equal(middle.at, middle.at + 3, point.at)) return "clusters are not in their order";
+  }
   const std::string fault = order_fault(index.cluster_order.data, index.clusters.size);
   return fault.empty() ? fault : "clusters: " + fault;
 }
