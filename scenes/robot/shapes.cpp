@@ -22,8 +22,12 @@ Vec3 half_extents(const RobotShape& shape) {
     case ShapeKind::kSphere: return {radius, radius, radius};
     case ShapeKind::kCapsule: return {radius, radius, shape.size[1] + radius};
     case ShapeKind::kCylinder: return {radius, radius, shape.size[1]};
-    default: return shape.size;
+    case ShapeKind::kBox:
+    case ShapeKind::kEllipsoid:
+    case ShapeKind::kConvexHull:
+    case ShapeKind::kHalfSpace: break;
   }
+  return shape.size;
 }
 
 // A box about a shape that is not a hull, along the shape's axes.
