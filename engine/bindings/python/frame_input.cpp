@@ -6,10 +6,31 @@
 
 namespace cab::python {
 
+// Arguments by their names. What is asked for is taken out of them.
+class FrameInput::Arguments {
+ public:
+  explicit Arguments(const py::kwargs& arguments)
+      : left_(py::reinterpret_steal<py::dict>(PyDict_Copy(arguments.ptr()))) {}
+
+  // None if there is none.
+  py::object take(const char* name) {
+    if (!left_.contains(name)) return py::none();
+    return left_.attr("pop")(name);
+  }
+
+  void expect_none_left() const {
+    if (!left_.empty())
+      throw py::type_error("FrameInput has no argument " + py::str(left_.begin()->first).cast<std::string>());
+  }
+
+ private:
+  py::dict left_;
+};
+
 template <class T>
-void FrameInput::take(Span<const T>& span, const py::kwargs& rest, const char* name, py::ssize_t per_instance) {
-  if (!rest.contains(name) || rest[name].is_none()) return;
-  const py::object value = rest[name];
+void FrameInput::take(Span<const T>& span, Arguments& rest, const char* name, py::ssize_t per_instance) {
+  const py::object value = rest.take(name);
+  if (value.is_none()) return;
   const auto n = static_cast<py::ssize_t>(count_);
   if (per_instance == 1) {
     span = span_of<const T>(value, {name, {n}, "(n,)"});
@@ -21,7 +42,8 @@ void FrameInput::take(Span<const T>& span, const py::kwargs& rest, const char* n
 }
 
 FrameInput::FrameInput(const BatchRecord& batch, const py::object& poses, bool column, bool has_scale,
-                       const py::kwargs& rest) {
+                       const py::kwargs& arguments) {
+  Arguments rest(arguments);
   input_.batch = batch.id;
   count_ = batch.instance_count;
   if (!batch.is_static) {
@@ -47,19 +69,16 @@ FrameInput::FrameInput(const BatchRecord& batch, const py::object& poses, bool c
   take(input_.layers, rest, "layers", 1);
   take(input_.layer_masks, rest, "layer_masks", 1);
   take(input_.margins, rest, "margins", 1);
-  if (rest.contains("bounds") && !rest["bounds"].is_none()) {
-    const py::object bounds = rest["bounds"];
+  if (const py::object bounds = rest.take("bounds"); !bounds.is_none()) {
     input_.bounds = span_of<const float>(bounds, {"bounds", {static_cast<py::ssize_t>(count_), 2, 3}, "(n, 2, 3)"});
     held_.push_back(bounds);
   }
-  if (rest.contains("moved") && !rest["moved"].is_none()) {
-    const py::object moved = rest["moved"];
+  if (const py::object moved = rest.take("moved"); !moved.is_none()) {
     const Span<const bool> bytes = span_of<const bool>(moved, {"moved", {static_cast<py::ssize_t>(count_)}, "(n,)"});
     input_.moved = {reinterpret_cast<const std::uint8_t*>(bytes.data), bytes.size};
     held_.push_back(moved);
   }
-  if (rest.contains("instances") && !rest["instances"].is_none()) {
-    const py::object instances = rest["instances"];
+  if (const py::object instances = rest.take("instances"); !instances.is_none()) {
     input_.instances = span_of<const std::uint32_t>(instances, {"instances", {-1}, "(k,)"});
     if (input_.instances.empty()) input_.count = 0;  // an empty list means all to the engine
     held_.push_back(instances);
@@ -70,10 +89,11 @@ FrameInput::FrameInput(const BatchRecord& batch, const py::object& poses, bool c
     flags_ = zeros(count_, py::dtype::of<std::uint8_t>());
     input_.flags = {static_cast<std::uint8_t*>(py::array(flags_).mutable_data()), count_};
   }
-  if (rest.contains("in_contact") && rest["in_contact"].cast<bool>()) {
+  if (const py::object wanted = rest.take("in_contact"); !wanted.is_none() && wanted.cast<bool>()) {
     in_contact_ = zeros(count_, py::dtype::of<bool>());
     input_.in_contact = {static_cast<std::uint8_t*>(py::array(in_contact_).mutable_data()), count_};
   }
+  rest.expect_none_left();
 }
 
 }  // namespace cab::python

@@ -27,7 +27,8 @@ struct BatchRecord {
 class FrameInput {
  public:
   // Keyword arguments as in BatchInput; None where there is none. `in_contact` asks for bytes.
-  FrameInput(const BatchRecord& batch, const py::object& poses, bool column, bool has_scale, const py::kwargs& rest);
+  FrameInput(const BatchRecord& batch, const py::object& poses, bool column, bool has_scale,
+             const py::kwargs& arguments);
 
   const BatchInput& input() const { return input_; }
 
@@ -41,8 +42,10 @@ class FrameInput {
   py::object in_contact() const { return in_contact_; }
 
  private:
+  class Arguments;
+
   template <class T>
-  void take(Span<const T>& span, const py::kwargs& rest, const char* name, py::ssize_t per_instance);
+  void take(Span<const T>& span, Arguments& rest, const char* name, py::ssize_t per_instance);
 
   BatchInput input_;
   std::size_t count_ = 0;

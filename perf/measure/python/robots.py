@@ -68,21 +68,21 @@ def main() -> None:
     singles: List[float] = []
     for turn in range(ROUNDS):
         many = robot.random_states(100_000, seed=1 + turn)
-        some = many[:20_000]
+        some, few = many[:20_000], many[:50]
         take("collides, 100 000 states", len(many), lambda: own.collides(many))
-        take("collides, one state", 1, lambda: own.collides(many[:1]))
+        take("collides, one state per call", len(few), lambda: [own.collides(state) for state in few])
         for most in (0.02, 0.1, 1.0):
             take(f"distances, most = {most}", len(some), lambda: own.distances(some, most))
             take(f"distances, most = {most}, gradients", len(some), lambda: own.distances(some, most, gradients=True))
         for count, made in among.items():
-            take(f"collides among {count} points", len(some), lambda: made.collides(some))
-            take(f"collides among {count} points, one state", 1, lambda: made.collides(some[:1]))
+            name = f"collides among {count} points"
+            take(name, len(some), lambda: made.collides(some))
+            take(f"{name}, one state per call", len(few), lambda: [made.collides(state) for state in few])
         take("collides beside a table", len(many), lambda: beside.collides(many))
         take("the same with an object in the hand", len(many), lambda: holding.collides(many))
         take("make a checker", 1, checker)
         take("make a checker with an object", 1, lambda: checker(attached=[held]))
         take("make a checker with padding", 1, lambda: checker(padding=0.01))
-        take("sample the matrix and make a checker", 1, lambda: cab.CollisionChecker(robot))
         take("add_points, 100 000 points", 1, lambda: checker().add_points(points(100_000), 0.01))
 
         # Motions of one radian between free states.

@@ -120,6 +120,8 @@ def test_other_types_are_a_type_error(rng, crowd):
             crowd.posed(poses, **{name: bad})
     with pytest.raises(TypeError, match="colour"):
         crowd.posed(poses, colour=1)
+    with pytest.raises(TypeError, match="no argument colour"):  # an argument that cab passes on, and C++ does not know
+        crowd._world._engine.make_input(crowd._id, poses, False, False, colour=1)
 
 
 def test_lists_are_copied_where_arrays_are_borrowed(rng, chain):
