@@ -56,26 +56,26 @@ Strategy for_sequences(std::uint32_t leaves, Pairing pairing, const Policies& po
 
 }  // namespace
 
-TEST_CASE("auto takes rows up to 47 links of one chain, and a tree beyond") {
-  CHECK(for_characters({rig_of(true, 47, 47)}) == Strategy::kRows);
-  CHECK(for_characters({rig_of(true, 48, 48)}) == Strategy::kTree);
-  CHECK(for_characters({rig_of(true, 48, 96)}) == Strategy::kTree);
+TEST_CASE("auto takes rows up to 128 links of one chain, and a tree beyond") {
+  CHECK(for_characters({rig_of(true, 128, 128)}) == Strategy::kRows);
+  CHECK(for_characters({rig_of(true, 129, 129)}) == Strategy::kTree);
+  CHECK(for_characters({rig_of(true, 129, 258)}) == Strategy::kTree);
 }
 
 TEST_CASE("auto takes no tree for links that branch") {
-  CHECK(for_characters({rig_of(false, 48, 48)}) == Strategy::kRows);
+  CHECK(for_characters({rig_of(false, 129, 129)}) == Strategy::kRows);
   CHECK(for_characters({rig_of(false, 368, 368)}) == Strategy::kRows);
 }
 
 TEST_CASE("auto is chosen for each batch, and is what remains where batches differ") {
-  const Asked asked(BatchKind::kCharacters, {rig_of(true, 48, 48), rig_of(false, 24, 49), rig_of(false, 24, 24)}, {});
+  const Asked asked(BatchKind::kCharacters, {rig_of(true, 129, 129), rig_of(false, 24, 49), rig_of(false, 24, 24)}, {});
   CHECK(resolve_characters(*asked.engine, asked.job).strategy == Strategy::kAuto);
   CHECK(asked.engine->batch({1}).strategy == Strategy::kTree);
   CHECK(asked.engine->batch({2}).strategy == Strategy::kLinks);
   CHECK(asked.engine->batch({3}).strategy == Strategy::kRows);
   CHECK(asked.engine->batch({2}).active == &asked.engine->batch({2}).link_bounds->links);
   CHECK(asked.engine->batch({3}).active == nullptr);  // binding an input sets it
-  CHECK(for_characters({rig_of(true, 48, 48), rig_of(true, 49, 49)}) == Strategy::kTree);
+  CHECK(for_characters({rig_of(true, 129, 129), rig_of(true, 130, 130)}) == Strategy::kTree);
 }
 
 TEST_CASE("auto takes links from 49 leaves on where some link has several") {
@@ -88,8 +88,8 @@ TEST_CASE("auto takes links from 49 leaves on where some link has several") {
 
 TEST_CASE("auto counts leaves instead of links where boxes are axis-aligned, and takes no links there") {
   for (const Refit refit : {Refit::kAabbHull, Refit::kAabbVertices}) {
-    CHECK(for_characters({rig_of(true, 24, 47)}, {refit}) == Strategy::kRows);
-    CHECK(for_characters({rig_of(true, 24, 48)}, {refit}) == Strategy::kTree);
+    CHECK(for_characters({rig_of(true, 24, 128)}, {refit}) == Strategy::kRows);
+    CHECK(for_characters({rig_of(true, 24, 129)}, {refit}) == Strategy::kTree);
     CHECK(for_characters({rig_of(false, 24, 49)}, {refit}) == Strategy::kRows);
   }
 }
