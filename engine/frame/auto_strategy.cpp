@@ -9,9 +9,9 @@ namespace {
 // The crossovers below were measured on one core, with AVX-512 and with SSE2. docs/policies.md, "Crossovers", has the
 // figures.
 
-// Up to this many links with leaves, `rows` pairs two chains faster than `tree` does, unless they lie straight. Bodies that branch are compact:
-// there `rows` is faster at any number of links. With axis-aligned boxes, which boxes of links do not bound, leaves are
-// counted instead of links.
+// Up to this many links with leaves, `rows` pairs two chains faster than `tree` does, unless they lie straight. Bodies
+// that branch are compact: there `rows` is faster at any number of links. With axis-aligned boxes, which boxes of links
+// do not bound, leaves are counted instead of links.
 constexpr std::uint32_t kRowsMaxLinksOfChain = 128;
 
 // From this many leaves on, `links` pairs a character with several leaves on some link faster than `rows` does.

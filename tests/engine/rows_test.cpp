@@ -68,7 +68,7 @@ TEST_CASE("rows lose no pair of boxes that touch face on face, near and far from
   }
 }
 
-TEST_CASE("auto is rows, links from 49 leaves on where links have several, tree beyond 47 links of a chain") {
+TEST_CASE("auto is rows, links from 49 leaves on where links have several, tree beyond 128 links of a chain") {
   struct Choice {
     std::uint32_t links, leaves;  // links with leaves, and leaves of all
     Strategy strategy;
@@ -77,8 +77,8 @@ TEST_CASE("auto is rows, links from 49 leaves on where links have several, tree 
   for (const Choice& choice :
        {Choice{1, 48, Strategy::kRows}, Choice{32, 48, Strategy::kRows}, Choice{1, 49, Strategy::kLinks},
         Choice{48, 49, Strategy::kLinks}, Choice{64, 64, Strategy::kRows}, Choice{64, 65, Strategy::kLinks},
-        Choice{65, 65, Strategy::kRows}, Choice{65, 130, Strategy::kLinks}, Choice{47, 47, Strategy::kRows, true},
-        Choice{48, 48, Strategy::kTree, true}, Choice{48, 96, Strategy::kTree, true}}) {
+        Choice{65, 65, Strategy::kRows}, Choice{65, 130, Strategy::kLinks}, Choice{128, 128, Strategy::kRows, true},
+        Choice{129, 129, Strategy::kTree, true}, Choice{129, 258, Strategy::kTree, true}}) {
     CAPTURE(choice.chain);
     CAPTURE(choice.links);
     CAPTURE(choice.leaves);
@@ -114,12 +114,12 @@ Member in_a_room(const Rig& rig, std::uint64_t seed, PoseFormat format) {
   return {rig, random_poses(random, rig, 9, format, {1.0, false, true, {}}), BatchKind::kCharacters};
 }
 
-// A rope of 64 links, a body of 40 links with up to three leaves each, and one of 16 links that branches: auto pairs
+// A rope of 200 links, a body of 40 links with up to three leaves each, and one of 16 links that branches: auto pairs
 // each of them by another strategy.
 World rope_and_detailed_and_plain(PoseFormat format = PoseFormat::kQuaternionTranslation) {
   Random random(9);
   World world;
-  Rig rope = random_rig(random, Topology::kChain, 64, 1), detailed = random_rig(random, Topology::kTree, 40, 3),
+  Rig rope = random_rig(random, Topology::kChain, 200, 1), detailed = random_rig(random, Topology::kTree, 40, 3),
       plain = random_rig(random, Topology::kTree, 16, 1);
   world.members = {in_a_room(rope, 1, format), in_a_room(detailed, 2, format), in_a_room(plain, 3, format)};
   return world;

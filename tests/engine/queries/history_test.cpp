@@ -632,17 +632,27 @@ TEST_CASE("history: a level of boxes is at a moment what it is now, bit for bit"
   poses.data = {0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f, 0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f};
   require(record_tick(*engine, history, poses.input(batch), 0));
   RandomQueries about;
-  for (const double time : {kNow, 0.0}) {
-    Query& ray = about.queries.emplace_back();
-    ray.position[0] = -9;
-    ray.direction[0] = 1;
-    ray.length = 100;
-    ray.time = time;
-  }
+  // Rays and points pose what they ask about in different ways. They begin near the box, where distances have the digits
+  // that padding changes.
+  constexpr std::uint32_t kCount = 50;
+  for (const double time : {kNow, 0.0})
+    for (std::uint32_t q = 0; q < kCount; ++q) {
+      Query& query = about.queries.emplace_back();
+      query.kind = q % 2 ? QueryKind::kPoint : QueryKind::kRay;
+      query.position[0] = -3;
+      query.position[1] = 0.2 * (q % 5) - 0.3;
+      query.position[2] = 0.2 * (q / 10) + 0.3;
+      query.direction[0] = 1;
+      query.length = 100;
+      query.time = time;
+    }
   Answer answer = ask(*engine, {poses.input(batch)}, {history}, about, Exact::kNone);
-  REQUIRE(answer.hits.size() == 2);
-  answer.hits[1].query = 0;
-  CHECK(same_hits({answer.hits[0]}, {answer.hits[1]}));
+  REQUIRE(answer.hits.size() == 2 * kCount);
+  for (std::uint32_t q = 0; q < kCount; ++q) {
+    CHECK(answer.hits[q].distance > 0);
+    answer.hits[kCount + q].query = q;
+    CHECK(same_hits({answer.hits[q]}, {answer.hits[kCount + q]}));
+  }
 }
 
 TEST_CASE("history: a small link is found wherever it is between two moments, however its instance turns and grows") {
