@@ -72,7 +72,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // inner vertices have no effect. The last bits of the box may differ between builds: the box is input, so the promise
 // of same bits begins after it.
 // Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new; of up to
-// three vertices some 0.5 microseconds, without a search.
+// three vertices far less, without a search.
 // Statuses: kBadOutput (out is null), kBadVertices, kOutOfMemory.
 // Thread: any, at any time; no engine is involved.
 [[nodiscard]] CAB_API Status fit_box(Span<const float> vertices, Box* out) noexcept;
@@ -82,7 +82,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // off by half a unit of a float's last place, and by some 1e-15 of the lengths of its chain. It has the same bits on
 // every instruction set and platform. An angle beyond 2^20 counts as its remainder in the division by 4 pi in double
 // (std::fmod). A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
-// Cost: about 7 ns per link and state; allocates 896 bytes per link.
+// Cost: some nanoseconds per link and state; allocates 896 bytes per link.
 // Statuses: kIsaNotAvailable, kNoLinks, kTooManyLinks, kBadParent, kBadJoint (links is not as long as link_parents, the
 // joint counts do not add up to the joints, an unknown kind, a variable out of range, a number that is not finite, or
 // an axis or rotation that is not of length 1 to 1e-6), kBadOutput (poses or states has no data, or poses is not 7
@@ -130,7 +130,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
 // frame changes that BatchInput::moved names. A body whose layers or mask change counts as moved in that frame. With
 // Refit::kAabbVertices the bounds are those of their boxes.
-// Cost: some 4 microseconds per triangle, and about 800 bytes per body besides those of a character.
+// Cost: some microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: kBusy, kBadOutput (out is null), kNoInstances, kTooManyInstances, kBadStaticBody (also for bodies without
 // data), kBadTriangles, kBadLeafBox, kBadLeafAxes, kBadShape (also for a triangle without an area),
 // kShapeOutsideLeafBox, kOutOfMemory.
@@ -216,7 +216,7 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no pair by that.
 // Writes the pairs in order, and their number, to `out`. After kPairsOverflow its pairs are unspecified, and
 // pairs_needed is right.
-// Cost: strips and their search, about 200 ns per character; allocates nothing.
+// Cost: strips and their search, as in a frame; allocates nothing.
 // Statuses: those of run_frame, without kBadPoses, kMovedAtRest and kHitsOverflow; kBadBounds (also without bounds),
 // kBadOutput (pairs has a size and no data), kPairsOverflow.
 // Thread: any, alone on its engine.

@@ -1677,7 +1677,7 @@ CAB_API cab_Status cab_add_articulation(cab_Engine* engine, const cab_Articulati
 // and inner vertices have no effect. The last bits of the box may differ between builds: the box is input, so the
 // promise of same bits begins after it.
 // Cost: too high for every frame. About 370 dot products per vertex, and temporary memory from operator new; of up to
-// three vertices some 0.5 microseconds, without a search.
+// three vertices far less, without a search.
 // Statuses: CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_BAD_VERTICES, CAB_STATUS_OUT_OF_MEMORY.
 // Thread: any, at any time; no engine is involved.
 CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
@@ -1687,7 +1687,7 @@ CAB_API cab_Status cab_fit_box(cab_ConstFloatSpan vertices, cab_Box* out);
 // off by half a unit of a float's last place, and by some 1e-15 of the lengths of its chain. It has the same bits on
 // every instruction set and platform. An angle beyond 2^20 counts as its remainder in the division by 4 pi in double
 // (std::fmod). A link that a NaN or an infinity moves has NaN in its pose, so that a frame masks the state.
-// Cost: about 7 ns per link and state; allocates 896 bytes per link.
+// Cost: some nanoseconds per link and state; allocates 896 bytes per link.
 // Statuses: CAB_STATUS_ISA_NOT_AVAILABLE, CAB_STATUS_NO_LINKS, CAB_STATUS_TOO_MANY_LINKS, CAB_STATUS_BAD_PARENT,
 // CAB_STATUS_BAD_JOINT (links is not as long as link_parents, the joint counts do not add up to the joints, an unknown
 // kind, a variable out of range, a number that is not finite, or an axis or rotation that is not of length 1 to 1e-6),
@@ -1735,7 +1735,7 @@ CAB_API cab_Status cab_add_batch(cab_Engine* engine, const cab_BatchDesc* desc, 
 // instance at fault. In frames the bodies are characters that rest: they cost little as long as nothing else of the
 // frame changes that cab_BatchInput.moved names. A body whose layers or mask change counts as moved in that frame. With
 // CAB_REFIT_AABB_VERTICES the bounds are those of their boxes.
-// Cost: some 4 microseconds per triangle, and about 800 bytes per body besides those of a character.
+// Cost: some microseconds per triangle, and about 800 bytes per body besides those of a character.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_NO_INSTANCES,
 // CAB_STATUS_TOO_MANY_INSTANCES, CAB_STATUS_BAD_STATIC_BODY (also for bodies without data), CAB_STATUS_BAD_TRIANGLES,
 // CAB_STATUS_BAD_LEAF_BOX, CAB_STATUS_BAD_LEAF_AXES, CAB_STATUS_BAD_SHAPE (also for a triangle without an area),
@@ -1823,7 +1823,7 @@ CAB_API cab_Status cab_end_frame(cab_Engine* engine);
 // their in_contact, if given, to 1 for instances that are in a pair. An instance that is paired within itself is in no
 // pair by that. Writes the pairs in order, and their number, to `out`. After CAB_STATUS_PAIRS_OVERFLOW its pairs are
 // unspecified, and pairs_needed is right.
-// Cost: strips and their search, about 200 ns per character; allocates nothing.
+// Cost: strips and their search, as in a frame; allocates nothing.
 // Statuses: those of cab_run_frame, without CAB_STATUS_BAD_POSES, CAB_STATUS_MOVED_AT_REST and
 // CAB_STATUS_HITS_OVERFLOW; CAB_STATUS_BAD_BOUNDS (also without bounds), CAB_STATUS_BAD_OUTPUT (pairs has a size and no
 // data), CAB_STATUS_PAIRS_OVERFLOW. Thread: any, alone on its engine.
