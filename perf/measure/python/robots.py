@@ -53,6 +53,8 @@ def main() -> None:
         made.add_fixed(table, [[0, 0, 0, 1, 0, 0, -0.2]])
         return made
 
+    unmasked = cab.Robot(sys.argv[1], packages=folders)  # without an SRDF file: each checker samples the matrix
+    cloud = points(100_000)
     own = cab.CollisionChecker(robot, ignored=ignored)
     beside, holding = checker(), checker(attached=[held])
     among = {count: cab.CollisionChecker(robot, ignored=ignored) for count in (1_000, 10_000, 100_000)}
@@ -83,7 +85,9 @@ def main() -> None:
         take("make a checker", 1, checker)
         take("make a checker with an object", 1, lambda: checker(attached=[held]))
         take("make a checker with padding", 1, lambda: checker(padding=0.01))
-        take("add_points, 100 000 points", 1, lambda: checker().add_points(points(100_000), 0.01))
+        take("sample the matrix and make a checker", 1, lambda: cab.CollisionChecker(unmasked))
+        bare = checker()
+        take("add_points, 100 000 points", 1, lambda: bare.add_points(cloud, 0.01))
 
         # Motions of one radian between free states.
         random = np.random.default_rng(turn)
