@@ -162,7 +162,7 @@ class CollisionChecker:
         radius  of each ball, in metres.
         name    what `names` calls them, with the number of a point.
 
-        0.2 microseconds per point; then calls take 4 ns per point, and a state 3 to 90 microseconds: thin a cloud out.
+        0.2 microseconds per point; then calls take 7 ns per point, and a state 3 to 90 microseconds: thin a cloud out.
         """
         self._checker.add_points(small_array(points, "f4", "points", (None, 3), "(n, 3)"), radius)
         self._fixed.append(name)
