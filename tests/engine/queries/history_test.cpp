@@ -632,8 +632,7 @@ TEST_CASE("history: a level of boxes is at a moment what it is now, bit for bit"
   poses.data = {0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f, 0.1f, 0.2f, -0.3f, 0.9f, 0.3f, 0.1f, 0.7f};
   require(record_tick(*engine, history, poses.input(batch), 0));
   RandomQueries about;
-  // Rays and points pose what they ask about in different ways. They begin near the box, where distances have the digits
-  // that padding changes.
+  // Rays and points pose boxes in different ways. They begin near the box, where padding changes distances.
   constexpr std::uint32_t kCount = 50;
   for (const double time : {kNow, 0.0})
     for (std::uint32_t q = 0; q < kCount; ++q) {
