@@ -10,7 +10,9 @@ namespace cab::python {
 class FrameInput::Arguments {
  public:
   explicit Arguments(const py::kwargs& arguments)
-      : left_(py::reinterpret_steal<py::dict>(PyDict_Copy(arguments.ptr()))) {}
+      : left_(py::reinterpret_steal<py::dict>(PyDict_Copy(arguments.ptr()))) {
+    if (!left_) throw py::error_already_set();
+  }
 
   // None if there is none.
   py::object take(const char* name) {

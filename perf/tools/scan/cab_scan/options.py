@@ -48,6 +48,8 @@ def _shard(text: str) -> Tuple[int, int]:
 def _memory(text: str) -> str:
     if not re.fullmatch(r"\d+(\.\d+)?\s*([kMG]i?B?)", text):
         raise argparse.ArgumentTypeError(f"{text!r}: a size with its unit is wanted, for example 2GB or 800MB")
+    if float(re.match(r"[\d.]+", text)[0]) == 0:
+        raise argparse.ArgumentTypeError(f"{text!r}: a process needs memory")
     return text if text.endswith("B") else text + "B"
 
 
@@ -94,7 +96,7 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler that is there, as tcp://host:8786")
     group.add_argument(
         "--memory", metavar="SIZE", type=_memory, default="2GB",
-        help="of a process of this machine (default 2GB); one that takes more is replaced",
+        help="that a process of this machine may map for its data (default 2GB); one that takes more is replaced",
     )
     group.add_argument(
         "--most-seconds", metavar="N", type=_Count(1, 1 << 24), default=3600,

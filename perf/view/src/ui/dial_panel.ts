@@ -23,6 +23,7 @@ const RESULTS = {
   exactTests: ['Exact tests', 'Leaf pairs that went to the exact test'],
   falsePositives: ['False positives', 'Exact tests that found the leaves apart: #false in the paper'],
   hits: ['Hits', 'Pairs of links that touch'],
+  masked: ['Masked', 'Instances that took no part, since their poses are no poses'],
   hash: ['Hash', 'FNV-1a, 64 bits, of the bytes of hits, then of contacts'],
 } as const;
 
@@ -128,14 +129,15 @@ export class DialPanel {
     this.#write('recorded', {
       milliseconds: stats.secondsTotal * 1000, boxTests: stats.boxTests, leafPairs: stats.leafPairs,
       exactTests: stats.exactTests, falsePositives: stats.falsePositives, hits: hitCount(frame.hits),
+      masked: stats.instancesMasked,
     }, frame.hash);
   }
 
-  #write(column: 'recorded' | 'here', numbers: Record<Exclude<ResultRow, 'hash'>, number>, bits: bigint): void {
+  #write(column: 'recorded' | 'here', numbers: Partial<Record<ResultRow, number>>, bits: bigint): void {
     for (const [row, cells] of this.#cells) {
-      const cell = cells[column];
-      setText(cell, row === 'hash' ? hash(bits) :
-        row === 'milliseconds' ? milliseconds(numbers.milliseconds) : count(numbers[row]));
+      const number = numbers[row];
+      setText(cells[column], row === 'hash' ? hash(bits) : number === undefined ? '\u2013' :
+        row === 'milliseconds' ? milliseconds(number) : count(number));
     }
   }
 

@@ -15,6 +15,7 @@ from conftest import arm_bvh, write_corpus
 from faults import children_of, wait_for_rows, workers_of
 from test_robots import pairs_of, write_arm
 
+
 @pytest.fixture
 def loader(scan):
     scan.environment["PYTHONPATH"] = f"{pathlib.Path(__file__).parent}{os.pathsep}{os.environ['PYTHONPATH']}"
@@ -82,7 +83,7 @@ def test_what_takes_too_long_is_a_row_and_leaves_no_process(scan, loader):
     assert [row["outcome"] for row in scan.rows()] == ["lost" if part else "done" for part in parts]
     (file,) = (scan.folder / "corpus").rglob("*.started")
     numbers = [int(line) for line in file.read_text().splitlines()]
-    assert len(numbers) == 2  # in a task, then scan
+    assert len(numbers) == 2  # in a task, then alone
     assert not any(map(is_running, numbers))
     assert list((scan.folder / "temporary").iterdir()) == []
 

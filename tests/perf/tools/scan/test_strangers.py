@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -82,9 +83,9 @@ def test_no_code_of_the_current_folder_runs(scan):
 
 
 def listening_ports(process):
-    """Of a process and those that it started."""
+    """Of a process, by its number, and those that it started."""
     sockets = set()
-    for number in [process.pid, *children_of(process.pid)]:
+    for number in [process, *children_of(process)]:
         for place in pathlib.Path(f"/proc/{number}/fd").glob("*"):
             try:
                 sockets.add(os.readlink(place))
@@ -109,10 +110,12 @@ def test_other_users_of_the_machine_cannot_reach_workers(scan):
     process = scan.start("self", "--list", "list.csv", "--loader", "slow:load")
     wait_for_rows(scan, 1, process)
     assert len(workers_of(process)) == 2
-    ports = listening_ports(process)
+    ports = listening_ports(process.pid)
     process.terminate()
     out, error = process.communicate(timeout=60)
     assert ports == []
+    with socket.create_server(("127.0.0.1", 0)) as server:  # one that listens is seen
+        assert server.getsockname()[1] in listening_ports(os.getpid())
     assert process.returncode == 130 and out == "", error
 
 
