@@ -12,100 +12,7 @@
 #include <cstdlib>
 #include <map>
 #include <mutex>
-#include <new>
 #include <utility>
-
-namespace {
-
-// Calls of operator new and of malloc since the program began, by all threads; and a countdown to a failing new.
-std::atomic<std::uint64_t> new_calls{0}, malloc_calls{0};
-thread_local std::int64_t news_until_failure = -1;  // -1: never
-std::atomic<bool> all_news_fail{false};             // on every thread
-
-void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
-  new_calls.fetch_add(1, std::memory_order_relaxed);
-  if (all_news_fail.load(std::memory_order_relaxed) || news_until_failure == 0) return nullptr;
-  if (news_until_failure > 0) --news_until_failure;
-  if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes ? bytes : 1);
-  return cab::tests::allocate_aligned(bytes, alignment);
-}
-
-void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
-  void* const memory = counted_new(bytes, alignment);
-  if (!memory) throw std::bad_alloc();
-  return memory;
-}
-
-// Not inlined: GCC 12 would take an inlined free for a mismatch with new.
-[[gnu::noinline]] void give_back(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void give_back_aligned(void* memory, std::align_val_t alignment) noexcept {
-  if (static_cast<std::size_t>(alignment) <= alignof(std::max_align_t)) return std::free(memory);
-  cab::tests::free_aligned(memory);
-}
-
-}  // namespace
-
-std::uint64_t cab::tests::new_call_count() { return new_calls; }
-void cab::tests::fail_new_after(std::int64_t calls) { news_until_failure = calls; }
-
-void* operator new(std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
-void* operator new[](std::size_t bytes) { return counted_new_or_throw(bytes, 1); }
-void* operator new(std::size_t bytes, std::align_val_t alignment) {
-  return counted_new_or_throw(bytes, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t bytes, std::align_val_t alignment) {
-  return counted_new_or_throw(bytes, static_cast<std::size_t>(alignment));
-}
-void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept { return counted_new(bytes, 1); }
-void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept { return counted_new(bytes, 1); }
-void* operator new(std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
-  return counted_new(bytes, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t bytes, std::align_val_t alignment, const std::nothrow_t&) noexcept {
-  return counted_new(bytes, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept { give_back(memory); }
-void operator delete[](void* memory) noexcept { give_back(memory); }
-void operator delete(void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { give_back(memory); }
-void operator delete(void* memory, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
-void operator delete[](void* memory, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
-void operator delete(void* memory, std::size_t, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
-void operator delete[](void* memory, std::size_t, std::align_val_t to) noexcept { give_back_aligned(memory, to); }
-
-// Sanitizers bring their own malloc; without them the C library's is counted as well.
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define CAB_TEST_SANITIZED 1
-#endif
-#endif
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(CAB_TEST_SANITIZED)
-#define CAB_TEST_COUNTS_MALLOC 1
-#else
-#define CAB_TEST_COUNTS_MALLOC 0
-#endif
-
-#if CAB_TEST_COUNTS_MALLOC
-extern "C" {
-void* __libc_malloc(std::size_t bytes);
-void* __libc_calloc(std::size_t count, std::size_t bytes);
-void* __libc_realloc(void* memory, std::size_t bytes);
-
-void* malloc(std::size_t bytes) {
-  malloc_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_malloc(bytes);
-}
-void* calloc(std::size_t count, std::size_t bytes) {
-  malloc_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_calloc(count, bytes);
-}
-void* realloc(void* memory, std::size_t bytes) {
-  malloc_calls.fetch_add(1, std::memory_order_relaxed);
-  return __libc_realloc(memory, bytes);
-}
-}
-#endif
 
 namespace {
 
@@ -129,11 +36,11 @@ class Ledger {
     if (ledger.until_failure_ == 0) return nullptr;
     if (ledger.until_failure_ > 0) --ledger.until_failure_;
     const std::int64_t countdown =
-        std::exchange(news_until_failure, -1);  // allocations of the ledger itself never fail
+        std::exchange(news_until_failure(), -1);  // allocations of the ledger itself never fail
     void* const memory = allocate_aligned(bytes, alignment);
     std::memset(memory, 0xa5, bytes);
     ledger.out_[memory] = {bytes, alignment};
-    news_until_failure = countdown;
+    news_until_failure() = countdown;
     return memory;
   }
   static void release(void* user, void* memory, std::size_t bytes, std::size_t alignment) {
@@ -440,9 +347,9 @@ TEST_CASE("operator new that fails at any call of a create or an add gives kOutO
   const auto until_it_works = [&](auto&& call) {
     int failures = 0;
     for (std::int64_t k = 0;; ++k) {
-      news_until_failure = k;
+      fail_new_after(k);
       const Status status = call();
-      news_until_failure = -1;
+      fail_new_after(-1);
       if (status == Status::kOk) return failures;
       CHECK(status == Status::kOutOfMemory);
       REQUIRE(++failures < 100000);

@@ -133,9 +133,10 @@ export class DialPanel {
     }, frame.hash);
   }
 
-  #write(column: 'recorded' | 'here', numbers: Partial<Record<ResultRow, number>>, bits: bigint): void {
+  #write(column: 'recorded' | 'here', numbers: Partial<Record<Exclude<ResultRow, 'hash'>, number>>,
+    bits: bigint): void {
     for (const [row, cells] of this.#cells) {
-      const number = numbers[row];
+      const number = row === 'hash' ? undefined : numbers[row];
       setText(cells[column], row === 'hash' ? hash(bits) : number === undefined ? '\u2013' :
         row === 'milliseconds' ? milliseconds(number) : count(number));
     }
