@@ -48,7 +48,7 @@ def _shard(text: str) -> Tuple[int, int]:
 def _memory(text: str) -> str:
     if not re.fullmatch(r"\d+(\.\d+)?\s*([kMG]i?B?)", text):
         raise argparse.ArgumentTypeError(f"{text!r}: a size with its unit is wanted, for example 2GB or 800MB")
-    if float(re.match(r"[\d.]+", text)[0]) == 0:
+    if not re.search("[1-9]", text):
         raise argparse.ArgumentTypeError(f"{text!r}: a process needs memory")
     return text if text.endswith("B") else text + "B"
 
