@@ -1107,7 +1107,7 @@ TEST_CASE("the paper's tables pass every gate") {
   }
 }
 
-TEST_CASE("a short run of all tables has the same counts and hashes on every instruction set, lanes and threads") {
+TEST_CASE("a short run of all tables has the same counts and hashes on every instruction set and number of threads") {
   constexpr int kFrameCount = 100;
   const TemporaryFolder folder;
   // Counts and hashes of every table and method, without times and settings.
