@@ -15,13 +15,9 @@ from typing import Callable, Dict, List
 
 import cab
 import numpy as np
+from overhead import cpu_name
 
 ROUNDS = 9
-
-
-def cpu_name() -> str:
-    with open("/proc/cpuinfo", encoding="utf-8") as file:
-        return next((line.split(": ", 1)[1].strip() for line in file if line.startswith("model name")), "unknown CPU")
 
 
 def points(count: int) -> np.ndarray:
