@@ -267,6 +267,9 @@ inline constexpr double kGjkProgressDouble = 0x1p-44;
 // both shapes' reach; they are rounded to float. None of these constants decides whether shapes touch, and each answer
 // is a supporting plane; step 9.9.
 inline constexpr double kContactProgress = 0x1p-20;
+// Shapes of size 1 within a margin that GJK parts by more than this have their contact from GJK alone: heights of
+// vertices in float are off by far less.
+inline constexpr double kFarApart = 0x1p-16;
 inline constexpr double kDepthProgress = 0x1p-18;
 inline constexpr double kSettledCosine = 1 - 0x1p-20;  // of two rays in turn, at the end of the search
 inline constexpr double kLeastNormal = 0x1p-1000;      // a shorter vector has no direction

@@ -263,10 +263,11 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
       origin_difference(at_a, at_b, shift);
       queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
       // Of links that touch, parts whose balls are apart are not the deepest.
-      const PartBalls balls(a, b, shift, margin_between(at_a, at_b, frame.margin));
+      const float margin = margin_between(at_a, at_b, frame.margin);
+      const PartBalls balls(a, b, shift, margin);
       for (const ConvexShape& shape_a : a.shapes)
         for (const ConvexShape& shape_b : b.shapes) {
-          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift, 0);
+          if (!balls.are_apart(shape_a, shape_b)) queues.add(a, shape_a, b, shape_b, shift, margin);
           ++queues.rank;
         }
     });

@@ -79,6 +79,7 @@ struct ContactLanes {
   const ConvexShape* const* shapes_a;  // by lane
   const ConvexShape* const* shapes_b;
   std::uint32_t used;  // the lanes that are in use
+  bool has_margin;     // whether links that are apart have contacts, too
   D scale;
   Vec3<D> column_a[3], center_a;  // of a's shape, relative to the origin of its instance, in world axes; not scaled
   Vec3<D> column[3], t;           // of b's shape
@@ -145,6 +146,7 @@ CAB_INLINE ContactLanes<V> contact_lanes(const ConvexBlock& block, const Contact
   out.shapes_b = block.b.shape + lane;
   const std::uint32_t used = block.count > lane ? block.count - lane : 0;
   out.used = (1u << (used < kWidth<D> ? used : kWidth<D>)) - 1;
+  out.has_margin = block.margin[0] > 0;
   out.scale = Lanes<D>::load(block.scale + lane);
   for (int k = 0; k < 3; ++k) out.column_a[k] = a.column[k];
   out.center_a = a.center;

@@ -48,9 +48,10 @@ struct PolytopeLanes {
   std::uint32_t found = 0, apart = 0;
 };
 
-// Contacts of polytopes that overlap, or nearly do, without their balls.
+// Contacts of polytopes that overlap, or nearly do, without their balls. lanes: those to find them in, as bits.
 template <class V>
-CAB_NOINLINE PolytopeLanes polytope_contact(const ContactLanes<V>& pair, Touching<DoubleOf<V>>& out) {
+CAB_NOINLINE PolytopeLanes polytope_contact(const ContactLanes<V>& pair, std::uint32_t lanes,
+                                            Touching<DoubleOf<V>>& out) {
   using D = DoubleOf<V>;
   constexpr std::uint32_t kWide = kWidth<D>;
   alignas(64) double column[3][3][kWide], t[3][kWide], slack[kWide], found[9][kWide] = {};
@@ -73,7 +74,7 @@ CAB_NOINLINE PolytopeLanes polytope_contact(const ContactLanes<V>& pair, Touchin
   Lanes<D>::store(sides[1].scale, pair.scale_b);
   Lanes<D>::store(slack, pair.slack);
   PolytopeLanes which;
-  for (std::uint32_t lanes = pair.used; lanes; lanes &= lanes - 1) {
+  for (; lanes; lanes &= lanes - 1) {
     const std::uint32_t i = lowest_bit(lanes);
     const auto at = [i](const double(&from)[3][kWide]) { return Double3{from[0][i], from[1][i], from[2][i]}; };
     const auto side = [&](const ConvexShape& shape, std::uint32_t s) {
@@ -111,22 +112,33 @@ CAB_INLINE Mask<D> lanes_of(std::uint32_t bits) {
 }
 
 // By faces and edges where the shapes have them, else by GJK, and where the shapes overlap without their balls, a
-// search for the least depth.
+// search for the least depth. Most shapes within a margin are apart: then GJK comes first, and shapes that it parts
+// need no faces and edges.
 template <class V>
 CAB_NOINLINE Touching<DoubleOf<V>> searched_contact(const ContactLanes<V>& pair) {
   using D = DoubleOf<V>;
   Touching<D> by_faces;
+  PolytopeLanes which;
   const Mask<D> all = D(0.0) <= D(0.0);
   Mask<D> lanes = all, known = without(all, all);
-  if (is_by_faces(pair.kind_a, pair.kind_b)) {
-    const PolytopeLanes which = polytope_contact(pair, by_faces);
-    const std::uint32_t left = pair.used & (~which.found | which.apart);
-    if (!left) return by_faces;
+  const bool has_faces = is_by_faces(pair.kind_a, pair.kind_b);
+  if (has_faces) {
+    std::uint32_t left = pair.used;
+    if (!pair.has_margin) {
+      which = polytope_contact(pair, left, by_faces);
+      left &= ~which.found | which.apart;
+      if (!left) return by_faces;
+    }
     lanes = lanes_of<D>(left);
-    known = lanes_of<D>(which.found);
   }
   Closest<V> closest = find_closest(pair, lanes);
-  known = without(known, both(lanes, closest.is_apart));
+  if (has_faces) {
+    if (pair.has_margin) {
+      const Mask<D> far = dot(closest.normal, closest.normal) > D(kFarApart * kFarApart);
+      which = polytope_contact(pair, pair.used & ~bits(both(closest.is_apart, far)), by_faces);
+    }
+    known = without(lanes_of<D>(which.found), both(lanes_of<D>(which.apart), closest.is_apart));
+  }
   Vec3<D> normal = minus(closest.normal), on_difference = closest.normal;
   DifferencePoint<D>(&corner)[4] = closest.corner;
   const Mask<D> overlap = without(without(lanes, closest.is_apart), known);

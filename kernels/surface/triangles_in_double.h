@@ -12,15 +12,26 @@ CAB_INLINE Vec3<double> square_to(Vec3<double> v, const Vec3<double>& edge) {
   return v;
 }
 
+// The normal made square to the longest edge once more. That of a sliver is off along it by rounding over the sliver's
+// width, which can hide a gap.
+CAB_INLINE Vec3<double> normal_of(const TriangleShape<double>& triangle) {
+  int longest = 0;
+  for (int k = 1; k < 3; ++k)
+    if (triangle.size[k] > triangle.size[longest]) longest = k;
+  return square_to(triangle.normal, triangle.edge[longest]);
+}
+
 // Whether a direction in which two triangles may be nearest to each other parts them: from a corner to a corner, or
-// from an edge to a corner. The others are normals and products of edges, which are in test_triangles. A product of
-// edges that are almost parallel is off along them by rounding over their angle, which can hide a gap. It is made
-// square to one of them again: along the other it is then off by that times the angle.
+// from an edge to a corner. The others are normals and products of edges, which test_triangles has tried; those of
+// slivers and of edges that are almost parallel are tried again. A product of such edges is off along them by rounding
+// over their angle, which can hide a gap. It is made square to one of them again: along the other it is then off by
+// that times the angle.
 CAB_INLINE bool apart_by_corners(const TriangleLanes<double>& a, const TriangleLanes<double>& b,
                                  const TrianglePair<double>& pair, const TriangleSlack<double>& slack) {
   const auto parts = [&](const Vec3<double>& v) {
     return dot(v, v) > kLeastDirectionSqDouble && beyond_along(v, pair, slack) > 0;
   };
+  if (parts(normal_of(pair.a)) || parts(normal_of(pair.b))) return true;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
       const Vec3<double> between = b.corner[j] - a.corner[i];

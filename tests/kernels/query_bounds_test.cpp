@@ -367,6 +367,27 @@ TEST_CASE("query bounds: no bounds are missed that overlap others, and those tha
   CHECK(apart_count >= least_count(5000, 6000));
 }
 
+TEST_CASE("query bounds: bounds that share a side with others overlap them, and one float farther they do not") {
+  Random random(66);
+  for (std::uint64_t round = rounds(500); round > 0; --round) {
+    Row row = any_row(random, any_frame(random));
+    const std::uint32_t lane = random.index(kLanes), side = random.index(6), c = side % 3;
+    const float at = row.side(side, lane);
+    float lo[3] = {-kInfinity, -kInfinity, -kInfinity}, hi[3] = {kInfinity, kInfinity, kInfinity};
+    const auto is_met = [&] {
+      const std::uint32_t met = answer(random, row, nullptr, [&](const auto& table, const auto& bounds, float*) {
+        return table.overlap_bounds(bounds, lo, hi);
+      });
+      return met >> lane & 1;
+    };
+    float& end = side < 3 ? hi[c] : lo[c];
+    end = at;
+    CHECK(is_met() == 1);
+    end = std::nextafter(at, side < 3 ? -kInfinity : kInfinity);
+    CHECK(is_met() == 0);
+  }
+}
+
 TEST_CASE("query bounds: no bounds are missed of which a corner is behind a plane") {
   Random random(65);
   std::size_t met_count = 0, apart_count = 0;

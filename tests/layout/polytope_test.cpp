@@ -231,6 +231,10 @@ TEST_CASE("the cube is the polytope of its eight vertices") {
     Real offset = 0;
     for (std::uint32_t c = 0; c < 3; ++c) offset += Real{cube.faces[c * 16 + f]} * cube.faces[(3 + c) * 16 + f];
     CHECK(offset == 1);
+    // Of half a right angle, rounded to a wider arc.
+    const Real cosine = cube.faces[6 * 16 + f], sine = cube.faces[7 * 16 + f], half = std::sqrt(Real{0.5});
+    CHECK((cosine <= half && cosine > half - 1e-4L));
+    CHECK((sine >= half && sine < half + 1e-4L));
   }
   for (std::uint32_t v = 0; v < 16; ++v)
     for (std::uint32_t c = 0; c < 3; ++c)

@@ -1,6 +1,7 @@
 // Verifies depths that are promised to be the least: contacts of boxes, hulls of at most 32 vertices, capsules and
 // spheres, by the kernels. The judge tries every face of the difference of two shapes. Along its normal, a depth must
-// also part the shapes. Every instruction set must give the same bits.
+// also part the shapes. Every instruction set must give the same bits, with a margin too.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -111,14 +112,20 @@ void judge_lane(Task& task, std::size_t method, const ConvexCase& one, const ker
 void judge_block(Task& task, std::size_t method, Kinds kinds) {
   if (task.random.chance(0.5)) std::swap(kinds.a, kinds.b);
   const RandomBlock made(task.random, static_cast<oracle::ConvexRegime>(task.regime), kinds.a, kinds.b);
-  kernel::ConvexContacts found = {}, other = {};
+  kernel::ConvexBlock within = made.block;
+  std::fill_n(within.margin, kLanes, 1.0f);
+  kernel::ConvexContacts found = {}, found_within = {}, other = {};
   task.subject->kernels->contact_pairs(made.block, found);
-  for (const kernel::KernelTable* kernels : all_kernels()) {
-    kernels->contact_pairs(made.block, other);
-    if (std::memcmp(&found, &other, sizeof(found)) == 0) continue;
-    ++task.tallies[method].differing;
-    task.violation(method, "instruction sets differ");
-  }
+  task.subject->kernels->contact_pairs(within, found_within);
+  if (std::memcmp(&found, &found_within, sizeof(found)) != 0) task.violation(method, "a margin changes contacts");
+  for (const kernel::KernelTable* kernels : all_kernels())
+    for (const bool has_margin : {false, true}) {
+      kernels->contact_pairs(has_margin ? within : made.block, other);
+      if (std::memcmp(has_margin ? &found_within : &found, &other, sizeof(other)) == 0) continue;
+      ++task.tallies[method].differing;
+      task.violation(method, "instruction sets differ");
+      break;
+    }
   for (std::uint32_t lane = 0; lane < kLanes; ++lane)
     if (is_judged(made.cases[lane])) judge_lane(task, method, made.cases[lane], found, lane);
 }

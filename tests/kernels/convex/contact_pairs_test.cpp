@@ -39,6 +39,14 @@ Vector at(const double (&from)[3][kLanes], std::uint32_t lane) {
   return {{from[0][lane], from[1][lane], from[2][lane]}};
 }
 
+bool same_contact(const kernel::ConvexContacts& a, const kernel::ConvexContacts& b, std::uint32_t lane) {
+  bool same = same_bits(a.depth[lane], b.depth[lane]);
+  for (std::size_t c = 0; c < 3; ++c)
+    same = same && same_bits(a.normal[c][lane], b.normal[c][lane]) &&
+           same_bits(a.point_a[c][lane], b.point_a[c][lane]) && same_bits(a.point_b[c][lane], b.point_b[c][lane]);
+  return same;
+}
+
 bool is_round(ShapeKind kind) { return kind == ShapeKind::kCapsule || kind == ShapeKind::kSphere; }
 
 // The radius of the ball about a shape's points or segment.
@@ -165,6 +173,22 @@ TEST_CASE("a contact is as deep as parting the shapes takes, no gap is too wide,
             kernels->contact_pairs(made.block, other);
             if (kernels == available_kernels()[0]) found = other;
             CHECK(same_bits(found, other));
+            // With a margin GJK comes first.
+            kernel::ConvexBlock within = made.block;
+            std::fill_n(within.margin, kLanes, 1.0f);
+            kernels->contact_pairs(within, other);
+            CHECK(same_bits(found, other));
+            for (const float margin : {0.0f, 1.0f}) {  // fewer pairs have the same contacts
+              within.count = random.index(kLanes - 1) + 1;
+              std::fill_n(within.margin, kLanes, margin);
+              CAPTURE(within.count);
+              CAPTURE(margin);
+              kernels->contact_pairs(within, other);
+              for (std::uint32_t lane = 0; lane < within.count; ++lane) {
+                CAPTURE(lane);
+                CHECK(same_contact(found, other, lane));
+              }
+            }
           }
           for (std::uint32_t lane = 0; lane < judged_lanes; ++lane) {
             CAPTURE(lane);

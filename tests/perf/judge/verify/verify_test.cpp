@@ -162,6 +162,10 @@ void depths_off(const kernel::ConvexBlock& block, kernel::ConvexContacts& found)
   for (double& depth : found.depth) depth *= parts / 1e5;
 }
 
+void depths_off_within_margins(const kernel::ConvexBlock& block, kernel::ConvexContacts& found) {
+  (block.margin[0] > 0 ? depths_off<99999> : genuine().contact_pairs)(block, found);
+}
+
 void normals_aside(const kernel::ConvexBlock& block, kernel::ConvexContacts& found) {
   genuine().contact_pairs(block, found);
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) std::swap(found.normal[0][lane], found.normal[1][lane]);
@@ -551,6 +555,10 @@ TEST_CASE("depths that are too large or too small, and normals along which they 
     CHECK(kinds.size() == 10);
   }
   CHECK(sum_of(verify_broken(subject, {"depths"}, 1).counts["parts"][0], "differing") > 0);
+  table.contact_pairs = depths_off_within_margins;
+  const Verdict within = verify_broken(subject, {"depths"}, 1);
+  CHECK(within.exit_code == 1);
+  CHECK(within.text.find("a margin changes contacts") != std::string::npos);
 }
 
 TEST_CASE("hits of balls and capsules that are lost, named wrongly, too many or off, and lost contact, are found") {
