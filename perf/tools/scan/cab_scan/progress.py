@@ -4,6 +4,8 @@ import math
 import sys
 import time
 
+from .printable import tell
+
 _WIDTH = 30
 
 
@@ -46,6 +48,11 @@ class Progress:
         left = time_left(self._done, self._total, seconds)
         words = f"scan [{bar}] {100 * self._done // self._total} %" + (f", {left}" if left else "")
         print(f"\r\033[K{words}", end="", file=sys.stderr, flush=True)
+
+    def tell(self, text: str) -> None:
+        """Prints a line of its own."""
+        self.close()
+        tell(text, sys.stderr)
 
     def close(self) -> None:
         """Removes the line."""

@@ -48,22 +48,28 @@ def cleaning(make: Callable[[], _Made], put_away: Callable[[_Made], None]) -> It
 
     An interrupt comes before it is made, or when it is known here, or after it is put away.
     """
-    global _is_held
     cleaner = None
     try:
-        _is_held = True
-        made = make()
-        cleaner = functools.partial(put_away, made)
-        _cleaners.append(cleaner)
-        _let_through()
+        with held():
+            made = make()
+            cleaner = functools.partial(put_away, made)
+            _cleaners.append(cleaner)
         yield made
     finally:
-        _is_held = True
-        try:
+        with held():
             if cleaner and _takes_back(cleaner):
                 cleaner()
-        finally:
-            _let_through()
+
+
+@contextlib.contextmanager
+def held() -> Iterator[None]:
+    """An interrupt within the block is raised at its end."""
+    global _is_held
+    _is_held = True
+    try:
+        yield
+    finally:
+        _let_through()
 
 
 def _takes_back(cleaner: Callable[[], None]) -> bool:

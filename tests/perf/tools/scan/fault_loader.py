@@ -20,6 +20,9 @@ def load(request):
     if request.part == "once" and not os.path.exists(request.path + ".killed"):
         open(request.path + ".killed", "w").close()
         os.kill(os.getpid(), signal.SIGKILL)
+    if request.part == "stop" and not os.path.exists(request.path + ".stopped"):
+        open(request.path + ".stopped", "w").close()
+        os.kill(os.getpid(), signal.SIGSTOP)
     if request.part == "eat":
         numpy.ones(1 << 40, dtype=numpy.uint8)
     if request.part == "grow":

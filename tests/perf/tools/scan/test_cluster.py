@@ -18,6 +18,7 @@ import pytest
 from cab_scan import corpus, progress, tasks, work
 
 from conftest import long, write_corpus
+from test_local import write_list
 
 distributed = pytest.importorskip("distributed", reason="scan: skipped: ./dev deps --cluster installs distributed")
 from cab_scan import cluster  # noqa: E402  needs it
@@ -31,9 +32,9 @@ def items_of(folder):
 class Cluster:
     """A Dask scheduler, whose workers have a PYTHONPATH of their own. `words` are for scheduler and workers."""
 
-    def __init__(self, folder, *words):
+    def __init__(self, folder, *words, **environment):
         self._folder, self._file, self._words = folder, folder / "scheduler.json", words
-        self._scheduler = self._start("dask_scheduler", "--port", "0")
+        self._scheduler = self._start("dask_scheduler", "--port", "0", env={**os.environ, **environment})
 
     @functools.cached_property
     def address(self):
@@ -49,17 +50,17 @@ class Cluster:
             cwd=self._folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, **more,
         )
 
-    def worker(self, path):
-        return self._start("dask_worker", "--nthreads", "1", "--no-nanny", env={**os.environ, "PYTHONPATH": str(path)})
+    def worker(self, path, nanny="--no-nanny"):
+        return self._start("dask_worker", "--nthreads", "1", nanny, env={**os.environ, "PYTHONPATH": str(path)})
 
     def close(self):
         self._scheduler.terminate()
         self._scheduler.wait()
 
 
-def scan_when_there_are_workers(scan, address):
+def scan_when_there_are_workers(scan, address, *words):
     for _ in range(400):
-        outcome = scan("self", "corpus", "--scheduler", address)
+        outcome = scan("self", *(words or ["corpus"]), "--scheduler", address)
         if "no workers" not in outcome.error:
             return outcome
         time.sleep(0.05)
@@ -93,6 +94,25 @@ def test_a_cluster_computes_the_same_table_if_its_workers_have_the_same_versions
         cluster.close()
     gone = scan.here("self", "corpus", "--scheduler", cluster.address)
     assert gone.code == 1 and f"--scheduler {cluster.address}" in gone.error
+
+
+def test_a_worker_that_is_killed_in_an_item_is_replaced_and_only_what_kills_it_each_time_is_lost(scan):
+    parts = ["", "once", "", "kill", "", ""]
+    write_list(scan, parts)
+    # As often as an item may kill its worker, before Dask gives it back.
+    cluster = Cluster(scan.folder, DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES="0")
+    path = f"{pathlib.Path(__file__).parent}{os.pathsep}{os.environ['PYTHONPATH']}"
+    worker = cluster.worker(path, "--nanny")
+    try:
+        words = ["--list", "list.csv", "--loader", "fault_loader:load"]
+        outcome = scan_when_there_are_workers(scan.here, cluster.address, *words)
+    finally:
+        worker.terminate()
+        worker.wait()
+        cluster.close()
+    assert outcome.code == 1 and outcome.error.count("its worker died") == 1, outcome.error
+    assert len(list((scan.folder / "corpus").rglob("*.killed"))) == 1
+    assert [row["outcome"] for row in scan.rows()] == ["lost" if part == "kill" else "done" for part in parts]
 
 
 def test_a_scheduler_that_is_not_there_is_told(scan):

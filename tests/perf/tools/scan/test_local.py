@@ -1,12 +1,16 @@
 """Workers of this machine: what they survive and leave behind; shards, and the merge of their tables."""
 
 import contextlib
+import multiprocessing
 import os
 import pathlib
 import resource
 import shutil
 import signal
 import sqlite3
+import struct
+import subprocess
+import sys
 
 import pytest
 from cab_scan import command, local, table, work
@@ -85,6 +89,80 @@ def test_what_takes_too_long_is_a_row_and_leaves_no_process(scan, loader):
     numbers = [int(line) for line in file.read_text().splitlines()]
     assert len(numbers) == 2  # in a task, then alone
     assert not any(map(is_running, numbers))
+    assert list((scan.folder / "temporary").iterdir()) == []
+
+
+def test_a_worker_that_is_stopped_is_killed_and_its_item_is_named(scan, monkeypatch):
+    write_list(scan, ["stop", "", ""])
+    monkeypatch.setattr(local, "_SURPLUS_SECONDS", 10)
+    monkeypatch.setattr(local, "make_tasks", lambda items, _: [items[1:], items[:1]])
+    give, given = local._Worker.give, []
+
+    def give_a_stopped_one(worker, task):
+        if not given:  # before its first item
+            os.kill(worker.process.pid, signal.SIGSTOP)
+        given.append([item.part for item in task])
+        give(worker, task)
+
+    monkeypatch.setattr(local._Worker, "give", give_a_stopped_one)
+    with local.pool(2, "1GB", 4) as pool:
+        outcome = scan.here("self", "--list", "list.csv", "--loader", "fault_loader:load", workers=pool)
+    assert outcome.code == 0 and [row["outcome"] for row in scan.rows()] == ["done"] * 3, outcome.error
+    assert given[:2] == [["", ""], ["stop"]] and sorted(given[2:]) == [[""], [""], ["stop"]]  # together, then alone
+    files = sorted((scan.folder / "corpus").rglob("*.bvh"))[:2]
+    assert sorted(outcome.error.splitlines()) == sorted(
+        f"cab scan: {file.relative_to(scan.folder)}{part}: its worker is silent after --most-seconds, and is killed"
+        for file, part in zip(files, [" stop", ""])
+    )
+
+
+def test_a_worker_that_is_stopped_within_a_message_is_one_that_died(monkeypatch):
+    monkeypatch.setattr(local, "_SURPLUS_SECONDS", 1)
+    pipe, other = multiprocessing.Pipe()
+    local._bound(pipe)
+    os.write(other.fileno(), struct.pack("!i", 100) + b"half")
+    with pytest.raises(OSError):
+        pipe.recv()
+    with pytest.raises(OSError):
+        pipe.send(bytes(1 << 24))  # which nobody reads
+
+
+def test_a_pool_whose_rows_could_not_be_written_gives_them_to_no_later_scan(scan, workers, quick):
+    write_list(scan, ["", "hold 1", "hold 1", ""])
+
+    class Unwritten:
+        def dispatch(self, items, _finished):
+            workers.dispatch(items, lambda rows: 1 / 0)
+
+    with pytest.raises(ZeroDivisionError):
+        scan.here("self", "--list", "list.csv", "--loader", "fault_loader:load", workers=Unwritten())
+    (file, *_) = sorted((scan.folder / "corpus").rglob("*.bvh"))
+    assert quick("self", file, "--table", "other.sqlite").code == 0
+    assert [row["file"] for row in scan.rows(table="other.sqlite")] == [str(file)]
+
+
+_INTERRUPTED = """
+import os, signal, sys, time
+from cab_scan import __main__, local
+
+def slowly(worker, *words):
+    make(worker, *words)
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(600)
+
+make, local._Worker.__init__ = local._Worker.__init__, slowly
+sys.exit(__main__.main())
+"""
+
+
+def test_an_interrupt_while_workers_start_leaves_no_folder(scan):
+    write_corpus(scan.folder / "corpus", 1)
+    (scan.folder / "temporary").mkdir()
+    ended = subprocess.run(
+        [sys.executable, "-P", "-c", _INTERRUPTED, "self", "corpus"], cwd=scan.folder, capture_output=True, text=True,
+        env={**os.environ, "TMPDIR": str(scan.folder / "temporary")}, timeout=120, check=False,
+    )
+    assert ended.returncode == 130 and ended.stderr.startswith("cab scan: stopped;"), ended.stderr
     assert list((scan.folder / "temporary").iterdir()) == []
 
 
