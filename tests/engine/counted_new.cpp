@@ -9,6 +9,7 @@
 namespace cab::tests {
 
 std::atomic<std::uint64_t> new_calls{0}, malloc_calls{0};
+std::atomic<std::int64_t> news_held{0};
 std::atomic<bool> all_news_fail{false};
 
 std::int64_t& news_until_failure() {
@@ -26,8 +27,10 @@ void* counted_new(std::size_t bytes, std::size_t alignment) noexcept {
   new_calls.fetch_add(1, std::memory_order_relaxed);
   if (all_news_fail.load(std::memory_order_relaxed) || news_until_failure() == 0) return nullptr;
   if (news_until_failure() > 0) --news_until_failure();
-  if (alignment <= alignof(std::max_align_t)) return std::malloc(bytes ? bytes : 1);
-  return cab::tests::allocate_aligned(bytes, alignment);
+  void* const memory = alignment <= alignof(std::max_align_t) ? std::malloc(bytes ? bytes : 1)
+                                                              : cab::tests::allocate_aligned(bytes, alignment);
+  if (memory) news_held.fetch_add(1, std::memory_order_relaxed);
+  return memory;
 }
 
 void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
@@ -37,9 +40,13 @@ void* counted_new_or_throw(std::size_t bytes, std::size_t alignment) {
 }
 
 // Not inlined: GCC 12 would take an inlined free for a mismatch with new.
-[[gnu::noinline]] void give_back(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void give_back(void* memory) noexcept {
+  if (memory) news_held.fetch_sub(1, std::memory_order_relaxed);
+  std::free(memory);
+}
 [[gnu::noinline]] void give_back_aligned(void* memory, std::align_val_t alignment) noexcept {
-  if (static_cast<std::size_t>(alignment) <= alignof(std::max_align_t)) return std::free(memory);
+  if (static_cast<std::size_t>(alignment) <= alignof(std::max_align_t)) return give_back(memory);
+  if (memory) news_held.fetch_sub(1, std::memory_order_relaxed);
   cab::tests::free_aligned(memory);
 }
 

@@ -23,6 +23,9 @@ namespace cab::tests {
 extern std::atomic<std::uint64_t> new_calls, malloc_calls;
 inline std::uint64_t new_call_count() { return new_calls; }
 
+// How many results of operator new have not been given back.
+extern std::atomic<std::int64_t> news_held;
+
 // Lets calls of operator new fail on every thread.
 extern std::atomic<bool> all_news_fail;
 

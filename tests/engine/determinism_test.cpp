@@ -110,7 +110,7 @@ TEST_CASE(
         CAPTURE(static_cast<int>(policies.extents));
         const Outcome with_sound = run_on(*engine, sound, policies), with_spoilt = run_on(*engine, spoilt, policies);
         CHECK(same_hits(of_who(with_sound.hits), of_who(with_spoilt.hits)));
-        hits += of_who(with_sound.hits).size();
+        if (isa == Isa::kScalar) hits += of_who(with_sound.hits).size();
         masked += with_spoilt.stats.instances_masked;
         others_alive += 2 * n - 2 - with_spoilt.stats.instances_masked;
         const auto before = boxes_of(*engine, sound, policies), after = boxes_of(*engine, spoilt, policies);
@@ -130,7 +130,7 @@ TEST_CASE(
       }
     }
   }
-  CHECK(hits > 30 * seeds);
+  CHECK(hits >= cab::tests::least_count(225, 30));
   CHECK(masked > 30 * seeds);
   CHECK(others_alive > 30 * seeds);
 }

@@ -469,6 +469,7 @@ TEST_CASE("a bad skin is refused with the vertex, link or leaf at fault, and not
   refuse(Status::kBadSkin, 0xffffffff, [&](SkinRig&, ArticulationDesc& desc) { desc.skin.vertices.data = nullptr; });
   refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.triangles[1][2] = 1u << 30; });
   refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { --bad.leaves[1].triangles.size; });
+  refuse(Status::kBadLeafTriangles, 1, [&](SkinRig& bad, ArticulationDesc&) { bad.leaves[1].triangles.size = 1; });
   const ConvexPart part = {ShapeKind::kSphere, {}, {0, 0, 0, 1}, {1, 0, 0}, {}};
   refuse(Status::kBadLeafTriangles, 0, [&](SkinRig& bad, ArticulationDesc&) { bad.leaves[0].parts = {&part, 1}; });
   refuse(Status::kBadLeafTriangles, 0, [&](SkinRig&, ArticulationDesc& desc) { desc.skin = {}; });

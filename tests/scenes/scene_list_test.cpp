@@ -156,6 +156,20 @@ TEST_CASE("the paper's scenes stand in the list in the order of its tables") {
   CHECK(table == scenes::kPaperScenes.size());
 }
 
+TEST_CASE("hashes of a scene tell other poses and other shapes apart") {
+  const scenes::Scene scene = scenes::make_paper_scene(1, 20);
+  const auto hashes_after = [&](auto&& change) {
+    scenes::Scene other = scene;
+    change(other.characters[1]);
+    return std::pair(pose_hash(other) != pose_hash(scene), shape_hash(other) != shape_hash(scene));
+  };
+  using Character = scenes::Character;
+  CHECK(hashes_after([](Character&) {}) == std::pair(false, false));
+  CHECK(hashes_after([](Character& one) { one.poses.back() += 1; }) == std::pair(true, false));
+  CHECK(hashes_after([](Character& one) { one.leaves.back().link -= 1; }) == std::pair(false, true));
+  CHECK(hashes_after([](Character& one) { one.leaves.back().box.half[2] += 1; }) == std::pair(false, true));
+}
+
 TEST_CASE("cmu has the frames that `cab sweep` runs, or says which file is missing") {
   const NamedScene* const scene = scenes::find_scene(kSweepCommand, "cmu");
   REQUIRE(scene != nullptr);

@@ -1030,4 +1030,32 @@ TEST_CASE("history: an instance that only one of two moments has is absent betwe
   }
 }
 
+TEST_CASE("history: one without a moment hides nothing of the others of a call") {
+  Rig rig;
+  rig.parents = {-1};
+  rig.leaves = {{0, kUnitBox, {}}};
+  const EnginePtr engine = make_engine();
+  const ArticulationId articulation = add_rig(*engine, rig);
+  std::vector<HistoryId> histories;
+  for (int h = 0; h < 3; ++h)
+    histories.push_back(add_history_of(*engine, add_instances(*engine, articulation, 1), 2, 8));
+  Poses poses;
+  poses.link_count = poses.instance_count = 1;
+  poses.data = {0, 0, 0, 1, 10, 0, 0};
+  require(record_tick(*engine, histories[1], poses.input({2}), 0));
+  RandomQueries about;
+  for (const QueryWant want : {QueryWant::kAny, QueryWant::kClosest, QueryWant::kAll})
+    for (const QueryKind kind : {QueryKind::kRay, QueryKind::kSphere}) {
+      Query query;
+      query.kind = kind;
+      query.want = want;
+      query.time = 0;
+      query.direction[0] = 1;
+      query.length = 100;
+      query.radius = 50;
+      about.queries.push_back(query);
+    }
+  for (const std::uint8_t found : ask(*engine, {}, histories, about, Exact::kNone).found) CHECK(found == 1);
+}
+
 }  // namespace cab::tests

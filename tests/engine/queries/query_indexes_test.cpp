@@ -90,6 +90,23 @@ std::uint64_t made(const Crowd& crowd) { return crowd.indexes().serial; }
 
 }  // namespace
 
+TEST_CASE("indexes: what they take is part of the engine's memory") {
+  Random random(96);
+  Crowd crowd(random, 1);
+  auto& all = crowd.indexes().all;
+  std::size_t taken = 0;
+  for (const auto& stored : all) taken += stored->arena.bytes();
+  CHECK(taken > kCharacters * sizeof(InstanceBounds));
+  EngineMemory with, without;
+  require(engine_memory(*crowd.engine, &with));
+  auto kept = std::move(all);
+  all.clear();
+  require(engine_memory(*crowd.engine, &without));
+  all = std::move(kept);
+  CHECK(with.queries - without.queries == taken);
+  CHECK(with.total - without.total == taken);
+}
+
 TEST_CASE("indexes: one is made for a frame, and a better one when what was asked pays for it") {
   Random random(91);
   Crowd crowd(random, 2 * kPrice);

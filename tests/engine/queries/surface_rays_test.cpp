@@ -451,7 +451,7 @@ TEST_CASE("with surfaces rays meet the shapes of static bodies, too, which name 
   CHECK(hits[0].batch.value == 2);
   CHECK(std::fabs(Real{hits[0].distance} - 4 * scene.size) <= 1e-5L * scene.size);
   CHECK(points[0].triangle == 0xffffffff);
-  CHECK(points[0].weights[0] == 0);
+  for (const float weight : points[0].weights) CHECK(weight == 0);
 }
 
 TEST_CASE("queries of skins that surfaces do not answer are refused") {

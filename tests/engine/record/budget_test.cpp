@@ -276,20 +276,32 @@ TEST_CASE("a player finds no more triangles than there is room for") {
 
 TEST_CASE("what expands is counted as often as it is named") {
   fb::FlatBufferBuilder builder;
+  const auto expanded = [&](const auto& object) {
+    using Table = typename std::decay_t<decltype(object)>::TableType;
+    builder.Clear();
+    builder.Finish(Table::Pack(builder, &object));
+    return record::expanded_bytes(*fb::GetRoot<Table>(builder.GetBufferPointer()));
+  };
   format::BatchT batch;
   batch.name = "0123456789";
-  const auto bytes = [&] {
-    builder.Clear();
-    builder.Finish(format::Batch::Pack(builder, &batch));
-    return record::expanded_bytes(*fb::GetRoot<format::Batch>(builder.GetBufferPointer()));
-  };
-  const std::uint64_t with_name = bytes();
+  const std::uint64_t with_name = expanded(batch);
   CHECK(with_name >= 10);
   batch.instance_names.assign(100, "0123456789");
-  CHECK(bytes() >= with_name + 1000);
+  CHECK(expanded(batch) >= with_name + 1000);
   batch.static_bodies = std::make_unique<format::StaticBodiesT>();
   batch.static_bodies->vertices.assign(300, 1);
-  CHECK(bytes() >= with_name + 1000 + 1200);
+  CHECK(expanded(batch) >= with_name + 1000 + 1200);
+
+  format::ArticulationT body;
+  body.leaves.push_back(std::make_unique<format::LeafT>());
+  auto& parts = body.leaves[0]->parts;
+  parts.push_back(std::make_unique<format::PartT>());
+  parts[0]->place.assign(10, 1);
+  const std::uint64_t with_part = expanded(body);
+  parts[0]->vertices.assign(300, 1);
+  const std::uint64_t more = expanded(body) - with_part;
+  CHECK(more >= 1200);
+  CHECK(more < 2000);
 }
 
 }  // namespace

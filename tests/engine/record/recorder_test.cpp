@@ -672,6 +672,23 @@ TEST_CASE("a file that readers have open is made anew beside them") {
   CHECK(frame.hits.size == 39);
 }
 
+TEST_CASE("a frame that no chunk has room for is refused before its hits are read") {
+  const RecordingFile file("large");
+  CubeRow row;
+  record::Recorder recorder;
+  must(recorder, recorder.open(file.path()));
+  const BatchId batch = row.add(recorder, 3);
+  std::vector<BatchInput> inputs;
+  std::vector<PairRule> rules;
+  FrameJob job = row.run(batch, 3, inputs, rules);
+  // A chunk has 2 GB. There are no such hits; they would leave a megabyte of it, and the rules need more.
+  job.hits.size = job.hit_count = ((std::size_t{1} << 31) - (std::size_t{1} << 20)) / sizeof(Hit);
+  rules.assign(100000, rules[0]);
+  job.rules = rules;
+  CHECK_FALSE(recorder.add_frame(job, 0));
+  CHECK(std::string(recorder.error()).find("bytes is too large: chunks have 2 GB") != std::string::npos);
+}
+
 #ifdef __linux__
 TEST_CASE("a full disk is told, what was whole stays, and nothing more is written") {
   record::Recorder recorder;

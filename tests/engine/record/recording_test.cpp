@@ -252,6 +252,16 @@ TEST_CASE("of a file that changes while it is open frames are those that were re
   }
 }
 
+TEST_CASE("a recording that was not opened has nothing") {
+  const record::Recording recording;
+  CHECK(recording.articulation_count() == 0);
+  CHECK(recording.batch_count() == 0);
+  CHECK(recording.frame_count() == 0);
+  CHECK(recording.whole_bytes() == 0);
+  CHECK(recording.problems().empty());
+  CHECK(!recording.is_closed());
+}
+
 TEST_CASE("what is no recording is refused") {
   record::Recording recording;
   CHECK_FALSE(recording.open("/nowhere/at/all.cab"));
