@@ -16,11 +16,11 @@ inline constexpr bool kThreadSanitizer = true;
 inline constexpr bool kThreadSanitizer = false;
 #endif
 
-// Limits on the address space, of which AddressSanitizer reserves more than any.
+// Limits on the address space, of which both sanitizers reserve more than any.
 #if defined(__SANITIZE_ADDRESS__) || CAB_TESTS_HAVE(address_sanitizer)
-inline constexpr bool kAddressSanitizer = true;
+inline constexpr bool kReservesAddressSpace = true;
 #else
-inline constexpr bool kAddressSanitizer = false;
+inline constexpr bool kReservesAddressSpace = kThreadSanitizer;
 #endif
 
 }  // namespace cab::tests

@@ -10,7 +10,7 @@
 namespace cab::scenes {
 
 struct SandboxLimits {
-  std::size_t memory_bytes;    // address space of the work, beyond what this process has mapped
+  std::size_t memory_bytes;    // address space of the work, beyond what this process has mapped, used or not
   std::uint32_t cpu_seconds;   // processor time
   std::uint32_t wall_seconds;  // time until the result is here
   std::size_t payload_bytes;   // size of the result

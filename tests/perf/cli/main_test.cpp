@@ -134,8 +134,8 @@ TEST_CASE("a terminal shows the progress of a run until Ctrl-C clears its line, 
 }
 
 TEST_CASE("memory that runs out is told with the limit that it ran into") {
-  if (kAddressSanitizer) {
-    MESSAGE("skipped: a program with AddressSanitizer does not start under a limit on its address space");
+  if (kReservesAddressSpace) {
+    MESSAGE("skipped: programs with ASan or TSan do not start under a limit on their address space");
     return;
   }
   const Outcome outcome = spawn("/bin/bash", {"-c", "ulimit -v 150000; exec \"$@\"", "bash", CAB_COMMAND, "crowd",
