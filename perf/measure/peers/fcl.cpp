@@ -7,6 +7,7 @@
 #include <fcl/math/bv/OBB.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>
+#include <fcl/narrowphase/detail/gjk_solver_libccd.h>
 #include <fcl/narrowphase/distance.h>
 
 #include <memory>
@@ -33,6 +34,26 @@ class Object : public fcl::CollisionObjectf {
 std::uint32_t number_of(const fcl::CollisionObjectf* object) { return static_cast<const Object*>(object)->number(); }
 
 using Geometry = std::shared_ptr<fcl::CollisionGeometryf>;
+
+// FCL's collide() and distance() with the solver that a request has by default. Calls that leave the choice to the
+// request compile FCL's other solver, too, which takes another minute.
+using Solver = fcl::detail::GJKSolver_libccd<float>;
+
+template <class... Shapes>
+bool touch(const fcl::CollisionRequestf& request, const Shapes&... shapes) {
+  Solver solver;
+  solver.collision_tolerance = request.gjk_tolerance;
+  fcl::CollisionResultf result;
+  return fcl::collide(shapes..., &solver, request, result) > 0;
+}
+
+float distance_of(const fcl::DistanceRequestf& request, const fcl::CollisionObjectf* a,
+                  const fcl::CollisionObjectf* b) {
+  Solver solver;
+  solver.distance_tolerance = request.distance_tolerance;
+  fcl::DistanceResultf result;
+  return fcl::distance(a, b, &solver, request, result);
+}
 
 // The geometry of each kind of leaf: its shape, or its box if it has none.
 std::vector<Geometry> make_geometries(const LeafPoser<float>& leaves) {
@@ -107,8 +128,7 @@ struct LinkWorld {
     auto& self = *static_cast<LinkWorld*>(user);
     const std::uint32_t na = number_of(a), nb = number_of(b);
     if (self.leaves.character_of(na) == self.leaves.character_of(nb)) return false;
-    fcl::CollisionResultf result;
-    if (fcl::collide(a, b, self.request, result) > 0) self.pairs->push_back(ordered_pair(na, nb));
+    if (touch(self.request, a, b)) self.pairs->push_back(ordered_pair(na, nb));
     return false;  // go on
   }
 
@@ -144,9 +164,8 @@ struct BoundsWorld {
 
   bool shapes_touch(std::uint32_t a, std::uint32_t b) const {
     const LeafPoser<float>& leaves = boxes.leaves();
-    fcl::CollisionResultf result;
-    return fcl::collide(shapes[leaves.kind_of(a)].get(), transform_of(boxes.box(a)), shapes[leaves.kind_of(b)].get(),
-                        transform_of(boxes.box(b)), request, result) > 0;
+    return touch(request, shapes[leaves.kind_of(a)].get(), transform_of(boxes.box(a)), shapes[leaves.kind_of(b)].get(),
+                 transform_of(boxes.box(b)));
   }
   void test(std::uint32_t a, std::uint32_t b) {
     if (obbs[a].overlap(obbs[b]) && (shapes.empty() || shapes_touch(a, b))) pairs->push_back(ordered_pair(a, b));
@@ -237,8 +256,7 @@ class Queries : public CrowdQueries {
     auto& self = *static_cast<Queries*>(user);
     const std::uint32_t leaf = self.leaf_of(a, b);
     if (self.is_tested_ && self.is_alone_) {
-      fcl::CollisionResultf result;
-      if (fcl::collide(a, b, self.request_, result) == 0) return false;
+      if (!touch(self.request_, a, b)) return false;
     } else if (self.is_tested_) {
       const float reach = self.query_->reach;
       if (!(square_distance(self.posed_.boxes[leaf], self.query_->at) <= reach * reach)) return false;
@@ -252,8 +270,7 @@ class Queries : public CrowdQueries {
     const std::uint32_t leaf = self.leaf_of(a, b);
     float distance = 0;
     if (self.is_alone_) {
-      fcl::DistanceResultf result;
-      distance = most_of(fcl::distance(a, b, self.distances_, result), 0);
+      distance = most_of(distance_of(self.distances_, a, b), 0);
     } else {
       distance = std::sqrt(square_distance(self.posed_.boxes[leaf], self.query_->at));
     }

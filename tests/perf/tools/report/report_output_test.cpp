@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 
 perf::ReportFile made_file() {
   perf::ReportFile file;
@@ -33,7 +33,7 @@ perf::ReportFile made_file() {
 
 const perf::LinkPlaces kLinks = {{0, 0, 1}, {1, 0, 0}};
 const perf::Interval kInterval = {0, kLinks, {2, 0.5}, {5, 1.25}, {4, 1}, 0.1f};
-const perf::PairTotals kPair = {0, kLinks, 6, 2, 4, {4, 1}, 0.1f};
+const perf::PairTotals kTotals = {0, kLinks, 6, 2, 4, {4, 1}, 0.1f};
 
 template <class Write>
 std::string text_of(const Write& write) {
@@ -48,7 +48,7 @@ TEST_CASE("rows of CSV: names are quoted where need be, and an unknown depth is 
   CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, kInterval); }) ==
         links + "2,5,4,0.5,1.25,0.1,,4,1,,,,\n");
   perf::Interval unknown = kInterval;
-  unknown.worst_depth = kNone;
+  unknown.worst_depth = kUnknown;
   unknown.first.seconds = std::numeric_limits<double>::infinity();
   CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, unknown); }) ==
         links + "2,5,4,,1.25,,,4,1,,,,\n");
@@ -56,7 +56,8 @@ TEST_CASE("rows of CSV: names are quoted where need be, and an unknown depth is 
   unknown.worst_point = {0.5, -2, 7};
   CHECK(text_of([&](std::ostream& out) { perf::write_interval(out, file, unknown); }) ==
         links + "2,5,4,,1.25,,25,4,1,0.5,-2,7,\n");
-  CHECK(text_of([&](std::ostream& out) { perf::write_pair(out, file, kPair); }) == links + "6,0.75,2,4,0.1,,4,1,,,\n");
+  CHECK(text_of([&](std::ostream& out) { perf::write_pair(out, file, kTotals); }) ==
+        links + "6,0.75,2,4,0.1,,4,1,,,\n");
 }
 
 TEST_CASE("a row of CSV has as many fields as its header") {
@@ -69,15 +70,15 @@ TEST_CASE("a row of CSV has as many fields as its header") {
   const auto of_header = fields(text_of([](std::ostream& out) { perf::write_interval_header(out); }));
   CHECK(fields(text_of([&](std::ostream& out) { perf::write_interval(out, file, kInterval); })) == of_header);
   CHECK(fields(text_of([&](std::ostream& out) { perf::write_problem(out, file, "damaged"); })) == of_header);
-  CHECK(fields(text_of([&](std::ostream& out) { perf::write_pair(out, file, kPair); })) ==
+  CHECK(fields(text_of([&](std::ostream& out) { perf::write_pair(out, file, kTotals); })) ==
         fields(text_of([](std::ostream& out) { perf::write_pair_header(out); })));
 }
 
 TEST_CASE("the share is that of the frames that were read") {
   perf::ReportFile file = made_file();
-  CHECK(perf::share_of_frames(file, kPair) == 0.75);
+  CHECK(perf::share_of_frames(file, kTotals) == 0.75);
   file.frames_read = 0;
-  CHECK(perf::share_of_frames(file, kPair) == 0);
+  CHECK(perf::share_of_frames(file, kTotals) == 0);
 }
 
 TEST_CASE("the JSON of the page has all members, and decimals without digits that a float does not have") {
@@ -92,10 +93,10 @@ TEST_CASE("the JSON of the page has all members, and decimals without digits tha
   CHECK(json["pairs"].empty());
   CHECK(json["min_depth"].is_null());
   page.intervals = {kInterval, kInterval};
-  page.intervals[1].worst_depth = kNone;
+  page.intervals[1].worst_depth = kUnknown;
   page.intervals[1].worst_triangles = 25;
   page.intervals[1].worst_point = {0.5, -2, 7};
-  page.pairs = {kPair};
+  page.pairs = {kTotals};
   page.min_depth = 0.01;
   page.min_frames = 2;
   const std::string text = perf::report_json(files, page);
