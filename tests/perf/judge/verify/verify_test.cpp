@@ -381,17 +381,16 @@ TEST_CASE("a run that is resumed ends as one that was not interrupted") {
 TEST_CASE("a part that runs alone counts what it counts among all, however often it is stopped") {
   const TemporaryFolder folder;
   const std::string state = folder / "state.json";
-  const Json whole = run_verify({"--rounds", "4", "--seed", "3"}).counts;
-  const Words alone = {"--part", "shapes", "--seed", "3", "--resume", state};
-  for (const char* threads : {"2", "1", "2"}) {
-    Words words = {"--rounds", "1", "--threads", threads};
-    words.insert(words.end(), alone.begin(), alone.end());
-    run_verify(words);
-  }
-  Words words = {"--rounds", "1"};
-  words.insert(words.end(), alone.begin(), alone.end());
-  const Json counts = run_verify(words).counts;
-  CHECK(counts["rounds"] == 4);
+  const Json whole = run_verify({"--rounds", "2", "--seed", "3"}).counts;
+  const Words alone = {"--rounds", "1", "--part", "shapes", "--seed", "3", "--resume", state, "--threads"};
+  const auto one_round = [&alone](const std::string& threads) {
+    Words words = alone;
+    words.push_back(threads);
+    return run_verify(words).counts;
+  };
+  one_round("2");
+  const Json counts = one_round("1");
+  CHECK(counts["rounds"] == 2);
   CHECK(counts["parts"].size() == 1);
   CHECK(counts["parts"][0] == part_of(whole, "shapes"));
   const Outcome wrong = spawn(CAB_COMMAND, {"verify", "--part", "hulls"});
@@ -404,24 +403,31 @@ TEST_CASE("a part that runs alone counts what it counts among all, however often
 TEST_CASE("a state of another seed, version or part, or of something else, is refused and left as it is") {
   const TemporaryFolder folder;
   const std::string state = folder / "state.json";
-  run_verify({"--rounds", "1", "--seed", "1", "--resume", state});
+  const Words first = {"--rounds", "1", "--part", "merges", "--resume", state};
+  const auto again = [&first](const Words& more = {}) {
+    Words words = {"verify"};
+    words.insert(words.end(), first.begin(), first.end());
+    words.insert(words.end(), more.begin(), more.end());
+    return spawn(CAB_COMMAND, words);
+  };
+  run_verify(first);
   const std::string before = read_text(state);
-  const Outcome other = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--seed", "2", "--resume", state});
+  const Outcome other = again({"--seed", "2"});
   CHECK(other.exit_code == 1);
   CHECK(other.error.find("another --seed") != std::string::npos);
   CHECK(read_text(state) == before);
-  const Outcome parts = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--part", "shapes", "--resume", state});
+  const Outcome parts = again({"--part", "shapes"});
   CHECK(parts.exit_code == 1);
   CHECK(parts.error.find("other parts (--part)") != std::string::npos);
   Json aged = Json::parse(before);
   aged["version"] = "0.0.1";
   write_text(state, aged.dump());
-  const Outcome old = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--resume", state});
+  const Outcome old = again();
   CHECK(old.exit_code == 1);
   CHECK(old.error.find("another version of cab") != std::string::npos);
   CHECK(Json::parse(read_text(state)) == aged);
   write_text(state, "{\"version\": 1");
-  const Outcome broken = spawn(CAB_COMMAND, {"verify", "--rounds", "1", "--resume", state});
+  const Outcome broken = again();
   CHECK(broken.exit_code == 1);
   CHECK(broken.error.find("is no file of cab verify") != std::string::npos);
 }
@@ -445,6 +451,7 @@ TEST_CASE("a round that is run alone gives the violations that it gave among oth
   perf::Subject subject;
   subject.kernels = &table;
   perf::VerifyOptions options;
+  options.parts = {"overlaps"};
   options.round = 1;
   std::ostringstream alone, other;
   CHECK(perf::verify(options, subject, alone) == 1);
@@ -455,7 +462,7 @@ TEST_CASE("a round that is run alone gives the violations that it gave among oth
     return at == std::string::npos ? std::string() : text.substr(at, text.find('\n', at) - at);
   };
   CHECK(finding(alone.str()).find("round 1") != std::string::npos);
-  CHECK(finding(other.str()) == finding(verify_broken(subject).text));
+  CHECK(finding(other.str()) == finding(verify_broken(subject, {"overlaps"}).text));
   CHECK(finding(other.str()) != "");
 }
 
@@ -464,7 +471,7 @@ TEST_CASE("pairs that are lost are found in every regime, as leaves and as inner
   table.overlap_boxes[0] = overlap_without_lane_3;
   perf::Subject subject;
   subject.kernels = &table;
-  const Verdict verdict = verify_broken(subject);
+  const Verdict verdict = verify_broken(subject, {"merges", "overlaps"});
   CHECK(verdict.exit_code == 1);
   for (const char* use : {"leaves", "inner boxes"})
     CHECK(broken_regimes(part_of(verdict.counts, "overlaps"), use).size() == 12);
@@ -475,7 +482,7 @@ TEST_CASE("a hierarchy whose root is a little too small is found for every kind 
   perf::Subject subject;
   subject.kernels = &genuine();
   subject.compute_boxes = boxes_with_small_roots;
-  const Verdict verdict = verify_broken(subject);
+  const Verdict verdict = verify_broken(subject, {"merges", "trees"});
   CHECK(verdict.exit_code == 1);
   CHECK(broken_regimes(part_of(verdict.counts, "trees"), "cab, leaves").size() == 5);
   CHECK(violations_outside(verdict.counts, "trees", "") == 0);
@@ -485,7 +492,7 @@ TEST_CASE("a hit that is lost is found, and is counted as a difference between s
   perf::Subject subject;
   subject.kernels = &genuine();
   subject.run_frame = frame_without_its_last_hit<Strategy::kTree, Exact::kNone>;
-  const Verdict verdict = verify_broken(subject);
+  const Verdict verdict = verify_broken(subject, {"trees", "frames"});
   CHECK(verdict.exit_code == 1);
   const Json& frames = part_of(verdict.counts, "frames");
   CHECK(broken_regimes(frames, "tree, cab, children").size() > 0);
