@@ -42,7 +42,7 @@ def told_notes(rows: Iterable[Sequence[str]], most: int) -> Iterator[str]:
     kinds: Dict[str, Tuple[str, str]] = {}
     files: Dict[str, Set[str]] = {}
     for file, other, text in rows:
-        for note in json.loads(text):
+        for note in _listed(text):
             of_other = bool(other) and note.startswith(_OTHER)
             name, words = (other, note[len(_OTHER):]) if of_other else (file, note)
             kind = _kind(words)
@@ -57,6 +57,15 @@ def told_notes(rows: Iterable[Sequence[str]], most: int) -> Iterator[str]:
         yield start + _shortened(words, _MOST_CHARACTERS - len("cab scan: ") - len(start))
     if len(told) > most:
         yield f"and {len(told) - most} more kinds of notes; the column notes has all"
+
+
+def _listed(text: str) -> List[str]:
+    # A table of others may have anything there.
+    try:
+        notes = json.loads(text)
+    except (ValueError, RecursionError):
+        return [text]
+    return [str(note) for note in notes] if isinstance(notes, list) else [text]
 
 
 def _kind(note: str) -> str:

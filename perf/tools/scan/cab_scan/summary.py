@@ -71,11 +71,11 @@ def _print_worst(table: Table) -> None:
     if not worst:
         return
     lines: List[Sequence[str]] = [("the worst", "frames that touch", "deepest cm", "in frame", "links")]
-    for file, other, frames, hit_frames, depth, frame, *links in worst:
+    for file, other, frames, hit_frames, depth, frame, link_a, link_b in worst:
         known = depth is not None
         lines.append((
             f"{file} - {other}" if other else file, f"{hit_frames} of {frames}", f"{100 * depth:.1f}" if known else "",
-            str(frame) if known else "", " - ".join(links) if known else "",
+            str(frame) if known else "", f"{link_a} - {link_b}" if known else "",
         ))
     print()
     _print_lines(lines)

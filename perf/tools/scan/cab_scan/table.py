@@ -14,7 +14,7 @@ from . import stopping
 from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
 
 # It changes with the columns below, and with a default of an option: `options` names only what is not the default.
-_FORMAT = 4
+_FORMAT = 5
 _APPLICATION = 0x43414253  # "CABS", in the header of the file
 
 KEY_COLUMNS = ("file", "other", "part", "what", "policies", "options")
@@ -39,18 +39,21 @@ CREATE TABLE work (id INTEGER PRIMARY KEY,
   depth_frame INTEGER, depth_link_a TEXT, depth_link_b TEXT, hits_hash TEXT, contacts_hash TEXT, box_tests INTEGER,
   leaf_pairs INTEGER, exact_tests INTEGER, false_positives INTEGER, load_seconds REAL, engine_seconds REAL,
   seconds REAL,
-  UNIQUE (file, other, part, what, policies, options, sequence));
+  UNIQUE (file, other, part, what, policies, options, sequence)) STRICT;
 CREATE TABLE contacts (work INTEGER NOT NULL REFERENCES work (id) ON DELETE CASCADE,
   character_a TEXT NOT NULL, link_a TEXT NOT NULL, character_b TEXT NOT NULL, link_b TEXT NOT NULL,
   first_frame INTEGER NOT NULL, last_frame INTEGER NOT NULL, seconds REAL NOT NULL, depth REAL,
-  deepest_frame INTEGER NOT NULL);
+  deepest_frame INTEGER NOT NULL) STRICT;
 CREATE INDEX contacts_of ON contacts (work);
 CREATE TABLE pairs (file TEXT NOT NULL, what TEXT NOT NULL, policies TEXT NOT NULL, options TEXT NOT NULL,
   link_a TEXT NOT NULL, link_b TEXT NOT NULL, reason TEXT NOT NULL, states INTEGER NOT NULL, first_state INTEGER,
-  PRIMARY KEY (file, what, policies, options, link_a, link_b));
+  PRIMARY KEY (file, what, policies, options, link_a, link_b)) STRICT;
 PRAGMA user_version = {_FORMAT};
 PRAGMA application_id = {_APPLICATION};
 """
+
+# Of a damaged file. SQLite's own words may hold bytes of it that are no UTF-8.
+_ERRORS = (sqlite3.Error, UnicodeDecodeError)
 
 _KEY_IS = " AND ".join(f"{column} = ?" for column in KEY_COLUMNS)
 _ORDER = ", ".join((*KEY_COLUMNS, "sequence"))
@@ -301,9 +304,11 @@ class Table:
     def rows(self, columns: Iterable[str], where: str = "1", values: Iterable[Any] = ()) -> Iterator[Tuple[Any, ...]]:
         """Rows of `work` in sorted order."""
         with self._told():
-            yield from self._base.execute(
+            # Not `yield from`, which closes the cursor where a caller stops early, maybe after the file was closed.
+            for row in self._base.execute(
                 f"SELECT {', '.join(columns)} FROM work WHERE {where} ORDER BY {_ORDER}", tuple(values)
-            )
+            ):
+                yield row
 
     def contacts(self) -> Iterator[Tuple[Any, ...]]:
         """Runs of frames in contact: the number of their row in sorted order, from 1 on, its file, and the rest."""
@@ -320,9 +325,10 @@ class Table:
     def pairs(self) -> Iterator[Tuple[Any, ...]]:
         """Pairs of links of robots, in sorted order."""
         with self._told():
-            yield from self._base.execute(
+            for row in self._base.execute(
                 f"SELECT {', '.join(PAIR_COLUMNS)} FROM pairs ORDER BY {', '.join(PAIR_COLUMNS[:6])}"
-            )
+            ):
+                yield row
 
     def hash(self) -> str:
         """SHA-256 of all rows in sorted order, without what depends on the machine: one line of JSON each."""
@@ -349,7 +355,7 @@ class Table:
     def _told(self) -> Iterator[None]:
         try:
             yield
-        except sqlite3.Error as error:
+        except _ERRORS as error:
             raise TableError(f"{self.path}: {error}") from error
 
 
@@ -364,7 +370,7 @@ def reserved(paths: Iterable[str]) -> Iterator[None]:
             try:
                 with contextlib.closing(sqlite3.connect(real)) as base:
                     _check_format(base, path)
-            except sqlite3.Error as error:
+            except _ERRORS as error:
                 raise TableError(f"{path}: {error}") from error
         yield
 
@@ -375,6 +381,31 @@ def _check_format(base: sqlite3.Connection, path: str) -> None:
     found = base.execute("PRAGMA user_version").fetchone()[0]
     if found != _FORMAT:
         raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
+    made = _made(base)
+    for name, text in _WANTED.items():
+        if made.get(name) != text:
+            raise TableError(f"{path}: {name} is not as cab scan makes it")
+    # This reads the whole table, as the hash at the end does. It finds values that are not of their columns' types, too.
+    (damage,) = base.execute("PRAGMA integrity_check(1)").fetchone()
+    if damage != "ok":
+        raise TableError(f"{path}: it is damaged: {damage.splitlines()[-1]}")
+
+
+def _made(base: sqlite3.Connection) -> Dict[str, str]:
+    # How tables and indexes were made. Users may have added others.
+    return {
+        name: " ".join(text.split())
+        for name, text in base.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")
+    }
+
+
+def _wanted() -> Dict[str, str]:
+    with contextlib.closing(sqlite3.connect(":memory:")) as base:
+        base.executescript(_SCHEMA)
+        return _made(base)
+
+
+_WANTED = _wanted()
 
 
 def _texts(values: Iterable[Any]) -> Tuple[Any, ...]:

@@ -4,6 +4,7 @@ import contextlib
 import multiprocessing
 import os
 import pathlib
+import random
 import resource
 import shutil
 import signal
@@ -13,9 +14,9 @@ import subprocess
 import sys
 
 import pytest
-from cab_scan import command, local, table, work
+from cab_scan import command, export, local, summary, table, work
 
-from conftest import arm_bvh, write_corpus
+from conftest import arm_bvh, rounds, write_corpus
 from faults import children_of, wait_for_rows, workers_of
 from test_robots import pairs_of, write_arm
 
@@ -261,8 +262,12 @@ def merged_of(folder, *tables):
     with table.reserved(names), contextlib.closing(table.Table(str(folder / "all.sqlite"))) as base:
         for name in names:
             base.merge(name)
-        found = list(base.rows(("file", "what", "part", "outcome", "version")))
-        return found, len(list(base.contacts())), [pair[1:] for pair in base.pairs()]
+        return content_of(base)
+
+
+def content_of(base):
+    rows = list(base.rows(("file", "what", "part", "outcome", "version")))
+    return rows, len(list(base.contacts())), [pair[1:] for pair in base.pairs()]
 
 
 @pytest.mark.parametrize("others, stays", [
@@ -318,17 +323,101 @@ def test_a_merge_takes_a_matrix_that_has_no_chunks_of_its_own(tmp_path):
         assert len(list(base.pairs())) == 2
 
 
+def _changed_table(tmp_path, change):
+    name = str(tmp_path / "changed.sqlite")
+    merged_of(tmp_path, robot_rows(3))
+    shutil.copy(tmp_path / "all.sqlite", name)
+    with contextlib.closing(sqlite3.connect(name, isolation_level=None)) as base:
+        change(base)
+    return name
+
+
+def _as_before_types(base):
+    base.execute("PRAGMA writable_schema = ON")
+    base.execute("UPDATE sqlite_master SET sql = replace(sql, ' STRICT', '')")
+
+
+def _with_text_for_numbers(base):
+    ((made,),) = base.execute("SELECT sql FROM sqlite_master WHERE name = 'work'")
+    base.execute("PRAGMA writable_schema = ON")
+    base.execute("UPDATE sqlite_master SET sql = replace(sql, ' STRICT', '') WHERE name = 'work'")
+    base.execute("PRAGMA writable_schema = RESET")
+    base.execute("UPDATE work SET frames = 'many'")
+    base.execute("PRAGMA writable_schema = ON")
+    base.execute("UPDATE sqlite_master SET sql = ? WHERE name = 'work'", (made,))
+
+
+@pytest.mark.parametrize("change, told", [
+    (lambda base: base.execute("ALTER TABLE work DROP COLUMN hits"), "work is not as cab scan makes it"),
+    (lambda base: base.execute("DROP INDEX contacts_of"), "contacts_of is not as cab scan makes it"),
+    (_as_before_types, "work is not as cab scan makes it"),
+    (_with_text_for_numbers, "value in work.frames"),
+])
+def test_a_table_with_other_columns_or_values_is_refused(tmp_path, change, told):
+    name = _changed_table(tmp_path, change)
+    for open_table in (table.Table, lambda path: table.reserved([path]).__enter__()):
+        with pytest.raises(table.TableError) as error:
+            open_table(name)
+        assert str(error.value).startswith(f"{name}: ") and told in str(error.value)
+
+
+def test_a_table_with_views_and_indexes_of_a_user_stays_one(tmp_path):
+    name = _changed_table(tmp_path, lambda base: base.executescript(
+        "CREATE VIEW touching AS SELECT file FROM work WHERE hits > 0; CREATE INDEX by_hits ON work (hits); ANALYZE"
+    ))
+    with contextlib.closing(table.Table(name)) as base:
+        assert base.totals().rows == 4
+
+
+def test_a_damaged_table_is_refused_or_read_to_its_end(tmp_path, capsys):
+    wanted = merged_of(tmp_path, robot_rows(3), robot_rows(2))
+    good = (tmp_path / "all.sqlite").read_bytes()
+    chance = random.Random(41)
+    outcomes = {"read": 0, "refused": 0}
+    for number in range(round(100 * rounds())):
+        damaged = bytearray(good[:chance.randrange(1, len(good))] if chance.random() < 0.1 else good)
+        for _ in range(chance.randint(1, 20)):
+            damaged[chance.randrange(len(damaged))] = chance.randrange(256)
+        (tmp_path / f"{number}.sqlite").write_bytes(damaged)
+        mine = tmp_path / f"mine_{number}.sqlite"
+        shutil.copy(tmp_path / "all.sqlite", mine)
+        try:
+            name = str(tmp_path / f"{number}.sqlite")
+            with table.reserved([name]), contextlib.closing(table.Table(str(mine))) as base:
+                base.merge(name)
+                export.write_csv_files(base, export.csv_files(str(tmp_path / "out.csv")))
+                summary.tell(base, [], "robot")
+            outcomes["read"] += 1
+        except table.TableError as error:
+            assert str(error).startswith(f"{name}: ")
+            outcomes["refused"] += 1
+            with contextlib.closing(table.Table(str(mine))) as base:
+                assert content_of(base) == wanted
+    assert min(outcomes.values()) > 0, outcomes
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_rows_that_nobody_reads_to_the_end_may_outlive_the_table(tmp_path):
+    merged_of(tmp_path, robot_rows(3))
+    with contextlib.closing(table.Table(str(tmp_path / "all.sqlite"))) as base:
+        left = [base.rows(("file",)), base.pairs()]
+        for rows in left:
+            next(rows)
+    for rows in left:
+        rows.close()
+
+
 def test_what_is_no_table_is_not_merged(scan, quick):
     write_corpus(scan.folder / "corpus", 1)
     assert quick("self", "corpus").code == 0
     (scan.folder / "text.sqlite").write_text("no database " * 100)
     shutil.copy(scan.folder / "scan.sqlite", scan.folder / "old.sqlite")
     with contextlib.closing(sqlite3.connect(scan.folder / "old.sqlite")) as base:
-        base.execute("PRAGMA user_version = 3")
+        base.execute("PRAGMA user_version = 4")
     busy = table.Table(str(scan.folder / "busy.sqlite"))
     for name, told in (
         ("text.sqlite", "file is not a database"), ("gone.sqlite", "there is no such table"),
-        ("old.sqlite", "it has format 3, and this cab scan writes format 4"),
+        ("old.sqlite", "it has format 4, and this cab scan writes format 5"),
         ("busy.sqlite", "another cab scan writes it"),
     ):
         outcome = quick("merge", "scan.sqlite", name, "--table", "all.sqlite")
@@ -337,7 +426,7 @@ def test_what_is_no_table_is_not_merged(scan, quick):
     busy.close()
     assert not list(scan.folder.glob("*.lock"))
     old = quick("self", "corpus", "--table", "old.sqlite")
-    assert old.code == 1 and "old.sqlite: it has format 3, and this cab scan writes format 4" in old.error
+    assert old.code == 1 and "old.sqlite: it has format 4, and this cab scan writes format 5" in old.error
     same = quick("merge", "scan.sqlite", "--table", "scan.sqlite")
     assert same.code == 2 and "is an input" in same.error
     for words in (["self", "corpus", "--shard", "0/2"], ["self", "corpus", "--shard", "3/2"], ["merge"]):
