@@ -10,7 +10,7 @@ import subprocess
 import cab
 import numpy as np
 import pytest
-from cab_scan import notes, work
+from cab_scan import corpus, notes, work
 
 from conftest import arm_bvh, data_folder, long, write_corpus
 
@@ -133,6 +133,13 @@ def larger(text, factor):
         if line.startswith("OFFSET"):
             lines[number] = "OFFSET " + " ".join(str(float(word) * factor) for word in line.split()[1:])
     return "\n".join(lines)
+
+
+def test_a_folder_gives_its_files_of_motion(tmp_path):
+    for name in ("a.bvh", "b.AMC", "b.asf", "c.vrm", "d.glb", "e.txt", "f.fbx", "bvh"):
+        (tmp_path / name).touch()
+    found = corpus.find([str(tmp_path)], [], str(tmp_path), work.FileOptions(), corpus.MOTION_SUFFIXES)
+    assert [entry.source.name for entry in found.entries] == ["a.bvh", "b.AMC", "c.vrm", "d.glb", "f.fbx"]
 
 
 def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
