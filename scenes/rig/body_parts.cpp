@@ -105,10 +105,13 @@ Landmark landmark(const std::string& name) {
     return std::any_of(parts.begin(), parts.end(),
                        [&word](const char* part) { return word.find(part) != std::string::npos; });
   };
-  // Specific words come first: "forearm" contains "arm", "upleg" contains "leg", "lefthandindex1" contains "hand".
+  // Specific words come first: "forearm" contains "arm", "upleg" contains "leg", "lefthandindex1" contains "hand",
+  // "spinemiddle" and "spineshoulder" contain a finger's and an arm's words.
+  if (has({"spine"})) return Landmark::kTrunk;
   if (has({"fingerbase", "fingers"})) return Landmark::kHand;
-  if (has({"thumb", "index", "middle", "ring", "pinky", "little", "finger", "phalan", "metacarp", "mid1", "mid2",
-           "mid3"}))
+  const bool is_in_trunk = has({"chest", "torso", "thorax", "abdomen", "waist", "belly", "middleback"});
+  if (has({"thumb", "index", "pinky", "finger", "phalan", "metacarp", "mid1", "mid2", "mid3"}) ||
+      (has({"middle", "little"}) && !is_in_trunk) || (has({"ring"}) && !has({"spring", "string", "earring"})))
     return Landmark::kFinger;
   if (has({"toe", "forefoot"})) return Landmark::kToe;
   if (has({"hand", "wrist", "palm"})) return Landmark::kHand;
@@ -125,8 +128,7 @@ Landmark landmark(const std::string& name) {
   if (has({"leg"})) return Landmark::kLeg;
   if (has({"neck"})) return Landmark::kNeck;
   if (has({"head", "skull", "jaw", "eye"})) return Landmark::kHead;
-  if (has({"spine", "chest", "torso", "thorax", "abdomen", "back", "waist", "belly", "body", "rib"}) || word == "ab")
-    return Landmark::kTrunk;
+  if (is_in_trunk || has({"back", "body", "rib"}) || word == "ab") return Landmark::kTrunk;
   return Landmark::kNone;
 }
 
