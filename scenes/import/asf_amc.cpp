@@ -452,7 +452,7 @@ Skeleton read_asf_amc(const NamedText& asf, const NamedText& amc, const ImportOp
   return skeleton;
 }
 
-std::string find_asf(const std::string& amc_path) {
+AsfFile find_asf(const std::string& amc_path) {
   namespace fs = std::filesystem;
   const fs::path path(amc_path);
   const std::string stem = path.stem().string(), name = printable(amc_path);
@@ -467,8 +467,8 @@ std::string find_asf(const std::string& amc_path) {
     all.push_back(entry.path().string());
     if (other == stem || (other == subject && found.empty())) found = all.back();
   }
-  if (!found.empty()) return found;
-  if (all.size() == 1) return all[0];
+  if (!found.empty()) return {found};
+  if (all.size() == 1) return {all[0], false};
   throw ImportError(name + ": no skeleton for it: put " + printable(stem) + ".asf" +
                     (subject == stem ? "" : " or " + printable(subject) + ".asf") + " beside it");
 }

@@ -22,8 +22,13 @@ Skeleton read_asf(const NamedText& asf, const ImportOptions& options);
 // without options.frames_per_second it is 120, as in the CMU database.
 Skeleton read_asf_amc(const NamedText& asf, const NamedText& amc, const ImportOptions& options);
 
+struct AsfFile {
+  std::string path;
+  bool has_name_of_motion = true;  // else it is the only one in the folder
+};
+
 // The skeleton file of a motion file: in the same folder STEM.asf, or for 11_01.amc also 11.asf, or the only file there
 // that ends in .asf. Throws ImportError.
-std::string find_asf(const std::string& amc_path);
+AsfFile find_asf(const std::string& amc_path);
 
 }  // namespace cab::scenes

@@ -197,11 +197,14 @@ class Reader {
     return value;
   }
 
-  // The rest of the line up to an opening brace, without the blanks around it.
+  // The rest of the line up to an opening brace or a comment behind a blank, without the blanks around it. "Joint#1" is
+  // a name.
   std::string_view read_rest_of_line() {
     while (at_ < bytes_.size() && is_blank(bytes_[at_]) && bytes_[at_] != '\n') ++at_;
     const std::size_t begin = at_;
-    while (at_ < bytes_.size() && bytes_[at_] != '\n' && bytes_[at_] != '{') ++at_;
+    while (at_ < bytes_.size() && bytes_[at_] != '\n' && bytes_[at_] != '{' &&
+           !(at_ > begin && is_blank(bytes_[at_ - 1]) && at_comment()))
+      ++at_;
     std::size_t end = at_;
     while (end > begin && is_blank(bytes_[end - 1])) --end;
     return std::string_view(bytes_).substr(begin, end - begin);

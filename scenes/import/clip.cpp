@@ -176,6 +176,16 @@ char tallest_axis(const std::array<double, 3>& extents) {
   return static_cast<char>('x' + (std::max_element(extents.begin(), extents.end()) - extents.begin()));
 }
 
+// Less than this, and the axis may be that of outstretched arms.
+constexpr double kUprightRatio = 1.5;
+
+bool is_upright(const SkeletonBodies& bodies) {
+  if (bodies.stature.source == StatureSource::kHeight || bodies.stature.source == StatureSource::kHand) return false;
+  std::array<double, 3> extents = bodies.segments.extents;
+  std::sort(extents.begin(), extents.end());
+  return extents[2] > kUprightRatio * extents[1];
+}
+
 void check_height(const Skeleton& skeleton, const SkeletonBodies& bodies, Clip& clip) {
   const double height = height_of(bodies, clip.up);
   clip.size_doubt = doubt_of_height(height, skeleton.unit.metres, bodies.stature.source != StatureSource::kHeight);
@@ -200,6 +210,7 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
   clip.unit = skeleton.unit;
   SkeletonBodies guessed = guess_bodies(view, options.bodies);
   clip.up = options.up == 0 ? tallest_axis(guessed.segments.extents) : options.up;
+  clip.is_upright = options.up == 0 && is_upright(guessed);
   check_height(skeleton, guessed, clip);
   if (options.skin) {
     add_skin_bodies(skeleton, name, options, clip);

@@ -18,7 +18,7 @@ constexpr std::size_t kMagicBytes = 4;  // by which a GLB is told
 std::vector<std::string> list_here(const std::string& path) {
   const std::string name = printable(path), extension = lower_extension(path);
   const std::size_t size = check_file(path, name);
-  if (extension == ".amc") return {find_asf(path)};
+  if (extension == ".amc") return {find_asf(path).path};
   const std::filesystem::path file(path);
   if (extension == ".md5mesh") return {std::filesystem::path(file).replace_extension(".md5anim").string()};
   if (extension == ".md5anim") return {std::filesystem::path(file).replace_extension(".md5mesh").string()};

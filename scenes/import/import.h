@@ -120,9 +120,10 @@ struct Clip {
   std::vector<std::string> notes;
   std::vector<Alteration> alterations;
   LengthUnit unit;
-  std::string size_doubt;  // empty: the figure has the size of a person
-  SkeletonBodies bodies;   // of the skeleton's joints; empty if the clip was not made from a skeleton
-  char up = 0;             // ImportOptions::up, or the axis along which the figure is tallest
+  std::string size_doubt;   // empty: the figure has the size of a person
+  SkeletonBodies bodies;    // of the skeleton's joints; empty if the clip was not made from a skeleton
+  char up = 0;              // ImportOptions::up, or the axis along which the figure is tallest
+  bool is_upright = false;  // a person, by its joints' names, far longer along `up` than along the other axes
 };
 
 // Makes links from a skeleton. If options.skin is given, bodies are those of the file's meshes, as

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -174,7 +175,16 @@ NamedText named_text(const std::string& path) {
 std::optional<Skeleton> read_capture(const std::string& path, const ImportOptions& options) {
   const std::string extension = lower_extension(path), head = head_of(path);
   if (extension == ".asf") return read_asf(named_text(path), options);
-  if (extension == ".amc") return read_asf_amc(named_text(find_asf(path)), named_text(path), options);
+  if (extension == ".amc") {
+    const AsfFile asf = find_asf(path);
+    Skeleton skeleton = read_asf_amc(named_text(asf.path), named_text(path), options);
+    if (!asf.has_name_of_motion) {
+      skeleton.notes.push_back("the skeleton is " + printable(std::filesystem::path(asf.path).filename().string()) +
+                               ", the only one in the folder");
+      skeleton.alterations.push_back({AlterationKind::kGuessed, "skeletons", 1, skeleton.notes.back()});
+    }
+    return skeleton;
+  }
   if (is_gltf(extension, head) || !is_bvh(extension, head)) return {};
   NamedText text = named_text(path);
   return read_bvh(std::move(text.text), text.name, options);

@@ -45,6 +45,24 @@ std::string coverage_note(const rig::Coverage& coverage, const Skeleton& skeleto
   return note;
 }
 
+void add_left_out(std::uint32_t count, const char* why, const char* what, Clip& clip) {
+  if (count == 0) return;
+  clip.notes.push_back(counted(count, "triangle", "triangles") + " left out (" + why + ")");
+  clip.alterations.push_back({AlterationKind::kDropped, what, count, clip.notes.back()});
+}
+
+// How many triangles have a vertex that no bone moves.
+std::uint32_t count_without_weight(const rig::Skin& skin) {
+  const auto has_weight = [&skin](std::uint32_t vertex) {
+    const float* const weights = skin.influence_weights.data + std::size_t{vertex} * skin.influence_count;
+    return std::any_of(weights, weights + skin.influence_count, [](float weight) { return weight > 0; });
+  };
+  std::uint32_t count = 0;
+  for (std::size_t t = 0; t < skin.triangles.size; t += 3)
+    count += std::all_of(skin.triangles.data + t, skin.triangles.data + t + 3, has_weight) ? 0 : 1;
+  return count;
+}
+
 rig::SkinBodies make_solids(const rig::Skin& skin, const Skeleton& skeleton, const SkinOptions& options,
                             const std::string& name, Clip& clip) {
   const std::vector<std::uint32_t> kept = joints_by_name(skeleton, options.kept_joints, name);
@@ -60,6 +78,7 @@ rig::SkinBodies make_solids(const rig::Skin& skin, const Skeleton& skeleton, con
   check(rig::measure_coverage(skin, bodies, &coverage), name);
   clip.coverage = coverage;
   clip.notes.push_back(coverage_note(coverage, skeleton));
+  add_left_out(count_without_weight(skin), "a corner without weight", "triangles without weight", clip);
   return bodies;
 }
 
@@ -88,12 +107,8 @@ rig::SkinBodies make_surface(const rig::Skin& skin, const Skeleton& skeleton, co
   check(status, name);
   clip.surface = info;
   clip.notes.push_back(surface_note(info, bodies.desc().leaves.size));
-  if (info.left_out_count > 0) {
-    clip.notes.push_back(counted(info.left_out_count, "triangle", "triangles") +
-                         " left out (two corners at one place, or a corner without weight)");
-    clip.alterations.push_back({AlterationKind::kDropped, "triangles with corners at one place or without weight",
-                                info.left_out_count, clip.notes.back()});
-  }
+  add_left_out(info.left_out_count, "two corners at one place, or a corner without weight",
+               "triangles with corners at one place or without weight", clip);
   return bodies;
 }
 

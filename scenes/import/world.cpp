@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace cab::scenes {
 namespace {
@@ -46,6 +47,17 @@ void add_to(ImportReport& report, const Clip& clip) {
   if (!clip.size_doubt.empty()) report.size_doubts.push_back(name + ": " + clip.size_doubt);
 }
 
+// Says which people are long along another axis than the first: y is up in some files, z in others.
+void doubt_axes(std::vector<Clip>& clips) {
+  const auto is_upright = [](const Clip& clip) { return clip.is_upright; };
+  const auto first = std::find_if(clips.begin(), clips.end(), is_upright);
+  for (auto clip = first; clip != clips.end(); ++clip) {
+    if (!clip->is_upright || clip->up == first->up) continue;
+    clip->notes.push_back(std::string("warning: the figure is longest along ") + clip->up + ", and " +
+                          first->character.name + " along " + first->up + ": cab turns neither, so one may lie");
+  }
+}
+
 }  // namespace
 
 Scene make_world(std::vector<Clip> clips, ImportReport* report) {
@@ -64,6 +76,7 @@ Scene make_world(std::vector<Clip> clips, ImportReport* report) {
       scene.frame_count = std::min(scene.frame_count, frames_until_end(clip, scene.frame_seconds));
   }
 
+  doubt_axes(clips);
   scene.up = clips[0].up;
   for (Clip& clip : clips) {
     Character& character = clip.character;

@@ -168,6 +168,7 @@ TEST_CASE("the skeleton of a motion is found by its name, or because it is the o
   const TemporaryFile amc("11_01.amc", kAmc);
   const std::string folder = amc.directory().string() + "/";
   const auto joint_count = [&amc] { return import_skeleton(amc.path(), {}).joint_names.size(); };
+  const auto notes_of = [&amc] { return import_skeleton(amc.path(), {}).notes.back(); };
   const auto write = [&folder](const std::string& name, const std::string& text) {
     std::ofstream(folder + name, std::ios::binary) << text;
   };
@@ -175,10 +176,12 @@ TEST_CASE("the skeleton of a motion is found by its name, or because it is the o
                        ImportError);
   write("other.ASF", kAsf);
   CHECK(joint_count() == 4);
+  CHECK(notes_of() == "the skeleton is other.ASF, the only one in the folder");
   write("12.asf", kAsf);
   CHECK_THROWS_AS(joint_count(), ImportError);
   write("11.asf", kAsf);
   CHECK(joint_count() == 4);
+  CHECK(notes_of().find("skeleton") == std::string::npos);
   write("11_01.asf", "no skeleton\n");
   CHECK_THROWS_WITH_AS(joint_count(), (folder + "11_01.asf: no skeleton: it has no bones").c_str(), ImportError);
   CHECK(import_skeleton(folder + "11.asf", {}).is_static);

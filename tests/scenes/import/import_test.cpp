@@ -147,6 +147,7 @@ TEST_CASE("line endings, tabs, a byte order mark, keyword case, long frames and 
     CHECK(s.rotations == plain.rotations);
   }
   CHECK(skeleton_of(replaced(text, "upper", "the upper")).joint_names[1] == "the upper");
+  CHECK(skeleton_of(replaced(text, "upper", "up#1//2")).joint_names[1] == "up#1//2");
   CHECK(all_notes(skeleton_of(text + "1 2 3\n").notes).find("line 25") != std::string::npos);
 }
 
@@ -169,8 +170,9 @@ TEST_CASE("named end sites, colons with and without blanks, braces behind names 
         replaced(text, "Frames: 2", "frames : 2"), replaced(text, "Frames: 2", "Frames\t:2"),
         replaced(text, "Frame Time: .01", "Frame Time:.01"), replaced(text, "Frame Time: .01", "Frame time : .01"),
         "# a comment\n// and another\n" + text, replaced(text, "MOTION\n", "# {\nMOTION // }\n"),
-        replaced(text, "80\n", "80\n# between frames 1 2 3\n"),
-        replaced(text, "OFFSET 2 0 0", "OFFSET 2 0 0 # metres")}) {
+        replaced(text, "80\n", "80\n# between frames 1 2 3\n"), replaced(text, "OFFSET 2 0 0", "OFFSET 2 0 0 # metres"),
+        replaced(text, "upper\n {", "upper // from shoulder to elbow\n {"),
+        replaced(text, "upper\n {", "upper # was {old}\n {"), replaced(text, "End Site\n", "End Site # {\n")}) {
     CAPTURE(variant);
     const Skeleton s = skeleton_of(variant);
     CHECK(s.joint_names == plain.joint_names);
@@ -490,6 +492,20 @@ TEST_CASE("the names of both ends of a segment tell the body part, in the words 
   CHECK(body_part("Neck", "Head") == BodyPart::kHead);
   CHECK(body_part("Head", "Head/End") == BodyPart::kHead);
   CHECK(body_part("nodes[7]", "nodes[8]") == BodyPart::kUnknown);
+  // The trunk of Kinect, of OpenXR and of a common BVH template: words of fingers and arms beside those of a trunk.
+  for (const char* name : {"SpineMid", "SpineShoulder", "SPINE_MIDDLE", "MiddleSpine", "spine_middle", "MiddleChest"}) {
+    CAPTURE(name);
+    CHECK(body_part(name, "Neck") == BodyPart::kTrunk);
+    CHECK(body_part("SpineBase", name) == BodyPart::kTrunk);
+  }
+  CHECK(body_part("SpineShoulder", "ShoulderLeft") == BodyPart::kGirdle);
+  CHECK(body_part("ShoulderLeft", "ElbowLeft") == BodyPart::kUpperArm);
+  CHECK(body_part("l_middle_01", "l_middle_02") == BodyPart::kFinger);
+  CHECK(body_part("HandRing1_L", "HandRing2_L") == BodyPart::kFinger);
+  for (const char* name : {"HairSpring1", "Earring_L", "BowString"}) {
+    CAPTURE(name);
+    CHECK(body_part(name, "tip") == BodyPart::kUnknown);
+  }
 }
 
 TEST_CASE("the thickness of a part gives the volume of its mass for any number of segments") {
@@ -541,6 +557,37 @@ TEST_CASE(
   for (std::uint32_t f = 0; f < 2000; ++f) REQUIRE(twice.characters[0].origins[3 * f] == f / 2);
   CHECK(make_world({table}).frame_count == 1);
   CHECK_THROWS_AS(make_world({}), std::invalid_argument);
+}
+
+TEST_CASE("people of whom one is long along another axis are doubted, and what may have outstretched arms is not") {
+  const auto person = [](const std::string& name, const std::string& leg, const std::string& trunk,
+                         const ImportOptions& options = {}) {
+    const std::string thigh = " { OFFSET " + leg + " CHANNELS 0 JOINT ", end = " { OFFSET " + leg + " CHANNELS 0 ";
+    Clip clip =
+        clip_of(bvh("ROOT Hips { OFFSET 0 0 0 CHANNELS 1 Zrotation JOINT LeftUpLeg { OFFSET .1 .1 .1 CHANNELS 0 "
+                    "JOINT LeftLeg" +
+                        thigh + "LeftFoot" + end + "} } } JOINT Neck { OFFSET " + trunk + " CHANNELS 0 } }\n",
+                    "Frames: 1\nFrame Time: 1\n0\n"),
+                options);
+    clip.character.name = name;
+    return clip;
+  };
+  const Clip along_y = person("y", "0 -.4 0", "0 .6 0"), along_z = person("z", "0 0 -.4", "0 0 .6");
+  const Clip wide = person("wide", "0 -.4 0", "1 .6 0");
+  const auto doubts = [](const std::vector<Clip>& clips) {
+    std::vector<std::string> found;
+    for (const std::string& note : make_world(clips).notes)
+      if (note.find("longest along") != std::string::npos) found.push_back(note);
+    return found;
+  };
+  CHECK(doubts({along_y, along_z, along_y, along_z}) ==
+        std::vector<std::string>(
+            2, "z: warning: the figure is longest along z, and y along y: cab turns neither, so one may lie"));
+  CHECK(doubts({along_y, along_y, wide}).empty());
+  CHECK(doubts({wide, along_z}).empty());
+  ImportOptions given;
+  given.up = 'z';
+  CHECK(doubts({along_y, person("given", "0 0 -.4", "0 0 .6", given)}).empty());
 }
 
 TEST_CASE("a scene that would not fit in memory is refused before it is made") {

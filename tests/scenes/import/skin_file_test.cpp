@@ -93,6 +93,27 @@ TEST_CASE("a file's skin has all meshes that joints move, with scale in the bodi
   CHECK(is_told);
 }
 
+TEST_CASE("triangles with a vertex that no bone moves are left out of bodies, with their number") {
+  MadeGltf made = two_boxes();
+  const Json attributes = made.json["meshes"][0]["primitives"][0]["attributes"];
+  // The last corner of the second box, which five triangles have.
+  values_of<float>(made, attributes["WEIGHTS_0"])[4 * 15] = 0;
+  ImportOptions options;
+  options.skin.emplace();
+  for (const bool is_surface : {false, true}) {
+    CAPTURE(is_surface);
+    options.skin->surface = is_surface;
+    const auto counts = [&](const MadeGltf& file) {
+      std::vector<std::uint64_t> found;
+      for (const Alteration& alteration : clip_of(options, file).alterations)
+        if (alteration.note.find("a corner without weight") != std::string::npos) found.push_back(alteration.count);
+      return found;
+    };
+    CHECK(counts(two_boxes()).empty());
+    CHECK(counts(made) == std::vector<std::uint64_t>{5});
+  }
+}
+
 TEST_CASE("an animation is chosen by name or by number, and a wrong one is refused with the names that there are") {
   ImportOptions options;
   options.skin.emplace();
