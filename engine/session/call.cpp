@@ -2,45 +2,15 @@
 #include "engine/session/call.h"
 
 #include "engine/broad_phase/crowd_batch.h"
-#include "engine/session/memory.h"
 #include "engine/session/static_bodies.h"
 #include "kernels/pose_leaves.h"
 
 namespace cab {
-namespace {
 
-// A reader that no read uses, or null. The first one has the engine's threads.
-Reader* free_reader(const Engine& engine, bool needs_threads) {
-  Reader* out = nullptr;
-  for (const auto& reader : engine.readers)
-    if (!reader->in_use && (!out || !needs_threads)) out = reader.get();
-  return out;
-}
-
-}  // namespace
-
-Call::Call(Engine& engine, Access access) : engine_(engine) {
-  Holders& holders = engine.holders;
-  {
-    const std::lock_guard lock(holders.mutex);
-    if (holders.is_changing || (access == Access::kChanges && holders.reading > 0)) return;
-    if (access == Access::kChanges) {
-      holders.is_changing = true;
-    } else {
-      ++holders.reading;
-      reader_ = free_reader(engine, access == Access::kReads);
-      if (reader_) reader_->in_use = true;
-    }
-  }
-  if (access != Access::kChanges && !reader_) {
-    try {
-      reader_ = &add_reader(engine);
-    } catch (...) {
-      const std::lock_guard lock(holders.mutex);
-      --holders.reading;
-      throw;
-    }
-  }
+Call::Call(Engine& engine) : engine_(engine) {
+  const std::lock_guard lock(engine.holders.mutex);
+  if (engine.holders.is_changing || engine.holders.reading > 0) return;
+  engine.holders.is_changing = true;
   admitted_ = true;
 }
 

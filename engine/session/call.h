@@ -8,18 +8,20 @@
 
 namespace cab {
 
+// How a call reads the engine beside other reads.
 enum class Access {
-  kChanges,           // of the engine: the only call that runs
-  kReads,             // beside other reads, with the engine's threads unless another one has them
-  kReadsOnOneThread,  // likewise, leaving these threads to others if it can
+  kReads,             // with the engine's threads unless another one has them
+  kReadsOnOneThread,  // leaving these threads to others if it can
 };
 
 // Holds the engine for the duration of one call. The destructor lets go of it and clears the bindings, so that no
 // pointer to the caller's memory outlives the call.
 class Call {
  public:
-  // Throws std::bad_alloc for a read beside others, for which there may be no reader yet.
-  explicit Call(Engine& engine, Access access = Access::kChanges);
+  // A call that changes the engine, and so is the only one that runs.
+  explicit Call(Engine& engine);
+  // A call that reads. Throws std::bad_alloc, since beside others there may be no reader for it yet.
+  Call(Engine& engine, Access access);
   ~Call();
   Call(Call&& other) noexcept
       : engine_(other.engine_), reader_(other.reader_), admitted_(std::exchange(other.admitted_, false)) {}
