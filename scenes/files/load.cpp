@@ -262,14 +262,18 @@ Span<const LinkPair> Robot::listed_pairs() const noexcept {
   return storage_->robot.mujoco->listed;
 }
 
-bool Robot::find_disabled_pairs(std::uint32_t samples, std::uint64_t seed, std::uint32_t thread_count) noexcept {
+bool Robot::find_disabled_pairs(std::uint32_t samples, std::uint64_t seed, std::uint32_t thread_count,
+                                float margin) noexcept {
   if (!storage_ || !storage_->kinematics) return false;
   try {
+    if (!(margin >= 0 && margin <= kMaxCoordinate))
+      throw std::invalid_argument("margin: a length from 0 to 1e18 is needed");
     scenes::MatrixOptions options;
     options.excluded = storage_->robot.body.ignored_pairs;
     options.derive = !storage_->has_srdf;
     options.samples = options.derive ? samples : 0;
     options.seed = seed;
+    options.margin = margin;
     scenes::RobotSessionOptions session;
     session.thread_count = thread_count;
     session.policies.exact = scenes::exact_test_of(storage_->robot);

@@ -17,9 +17,12 @@ template <class Cell>
 class PairTable {
  public:
   explicit PairTable(std::size_t links) : links_(links), cells_(links * links) {}
-  Cell& at(std::size_t a, std::size_t b) { return cells_[std::min(a, b) * links_ + std::max(a, b)]; }
+  Cell& at(std::size_t a, std::size_t b) { return cells_[place(a, b)]; }
+  const Cell& at(std::size_t a, std::size_t b) const { return cells_[place(a, b)]; }
 
  private:
+  std::size_t place(std::size_t a, std::size_t b) const { return std::min(a, b) * links_ + std::max(a, b); }
+
   std::size_t links_;
   std::vector<Cell> cells_;
 };
@@ -67,15 +70,22 @@ Matrix make_matrix(const Robot& robot, const MatrixOptions& options, const Robot
       for (const Hit& hit : chunk.hits) at_rest.at(hit.link_a, hit.link_b) = 1;
     });
   }
-  PairTable<std::uint32_t> touching(count);  // in how many samples
-  if (options.samples > 0) {
+  // In how many samples the links of each pair are within a margin.
+  const auto sampled = [&](float margin) {
+    PairTable<std::uint32_t> within(count);
+    if (options.samples == 0) return within;
     const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
                                   random_state(robot, options.seed, kFirstSample + index, state);
                                 }};
-    RobotSession(robot, links_of(matrix.masked), session).run(random, {}, [&](const StateChunk& chunk) {
-      for (const Hit& hit : chunk.hits) ++touching.at(hit.link_a, hit.link_b);
+    RobotSessionOptions settings = session;
+    settings.margin = margin;
+    RobotSession(robot, links_of(matrix.masked), settings).run(random, {}, [&](const StateChunk& chunk) {
+      for (const Hit& hit : chunk.hits) ++within.at(hit.link_a, hit.link_b);
     });
-  }
+    return within;
+  };
+  const PairTable<std::uint32_t> touching = sampled(0);
+  const PairTable<std::uint32_t> near = options.margin > 0 ? sampled(options.margin) : touching;
   for (std::uint32_t a = 0; a < count; ++a)
     for (std::uint32_t b = a + 1; b < count; ++b) {
       const std::uint32_t times = touching.at(a, b);
@@ -84,7 +94,7 @@ Matrix make_matrix(const Robot& robot, const MatrixOptions& options, const Robot
         mask(a, b, rests ? DisabledReason::kDefault : DisabledReason::kAlways, times);
       } else if (rests) {
         matrix.rest_pairs.push_back({{a, b}, times});
-      } else if (options.samples > 0 && times == 0) {
+      } else if (options.samples > 0 && near.at(a, b) == 0) {
         mask(a, b, DisabledReason::kNever, 0);
       }
     }

@@ -36,6 +36,7 @@ struct MatrixOptions {
   bool derive = true;              // also mask adjacent links, and ask which others touch at rest
   std::uint32_t samples = 0;       // random states that decide about `default`, `always` and `never`; 0: none of them
   std::uint64_t seed = 1;
+  float margin = 0;  // metres: links that come as near in a sample are tested, although they touch in none
 };
 
 // Pairs in a <pair> of an MJCF file are masked by options.excluded alone.

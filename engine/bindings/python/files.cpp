@@ -12,6 +12,7 @@
 
 #include "engine/bindings/python/arrays.h"
 #include "engine/bindings/python/body_data.h"
+#include "engine/bindings/python/errors.h"
 
 namespace cab::python {
 namespace {
@@ -124,11 +125,13 @@ std::unique_ptr<files::Robot> load_robot(const std::string& path,
 }
 
 // [(link, link, reason, samples in which they touch)]
-py::list disabled_pairs(files::Robot& robot, std::uint32_t samples, std::uint64_t seed, std::uint32_t threads) {
+py::list disabled_pairs(files::Robot& robot, std::uint32_t samples, std::uint64_t seed, std::uint32_t threads,
+                        float margin) {
+  if (!(margin >= 0 && margin <= kMaxCoordinate)) require(Status::kBadMargin);
   bool found = false;
   {
     const py::gil_scoped_release release;
-    found = robot.find_disabled_pairs(samples, seed, threads);
+    found = robot.find_disabled_pairs(samples, seed, threads, margin);
   }
   if (!found) raise_file(robot.error(), false);
   py::list list;

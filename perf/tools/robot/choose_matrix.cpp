@@ -10,6 +10,7 @@ scenes::Matrix choose_matrix(const RobotCommandOptions& options, const scenes::R
   matrix.derive = options.srdf_path.empty();
   matrix.samples = matrix.derive ? options.samples : 0;
   matrix.seed = options.seed;
+  matrix.margin = static_cast<float>(options.margin);
   return scenes::make_matrix(robot, matrix, session);
 }
 

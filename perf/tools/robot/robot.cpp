@@ -455,6 +455,24 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
   std::cout << "recording: " << scenes::printable(settings.path) << ", " << totals.bytes << " bytes\n";
 }
 
+// Whether states have a value beyond a limit.
+bool has_beyond(const scenes::Robot& robot, const std::vector<double>& states) {
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const auto& variable = robot.variables[i % robot.variables.size()];
+    if (states[i] < variable.lower || states[i] > variable.upper) return true;
+  }
+  return false;
+}
+
+// Beyond limits links may touch that touch in no sample.
+void test_never(scenes::Matrix& matrix) {
+  const auto is_never = [](const scenes::DisabledPair& pair) { return pair.reason == scenes::DisabledReason::kNever; };
+  const auto kept = std::remove_if(matrix.masked.begin(), matrix.masked.end(), is_never);
+  if (kept == matrix.masked.end()) return;
+  tell("note", "pairs that touch in no sample are tested, since states are beyond limits");
+  matrix.masked.erase(kept, matrix.masked.end());
+}
+
 }  // namespace
 
 int robot_command(const RobotCommandOptions& options) {
@@ -495,7 +513,8 @@ int robot_command(const RobotCommandOptions& options) {
                      std::to_string(kMostRecordedStates) + " are recorded");
   if (hits) hits.stream() << "state,link_a,link_b\n";
   scenes::RobotSessionOptions settings = {options.isa, options.thread_count, options.policies, 0, {}, {}};
-  const scenes::Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
+  scenes::Matrix matrix = choose_matrix(options, robot, disabled.pairs, settings);
+  if (has_beyond(robot, given.values)) test_never(matrix);
   std::vector<LinkPair> masked;
   for (const scenes::DisabledPair& pair : matrix.masked) masked.push_back(pair.links);
   settings.margin = static_cast<float>(options.margin);

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload
+import threading
+from typing import Any, List, Literal, Mapping, NamedTuple, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 
@@ -103,7 +104,9 @@ class CollisionChecker:
 
     robot    what moves. Lengths are in metres.
     ignored  (n, 2): pairs of links that are not tested, beside those of `robot.body`. Default: those of
-             `robot.allowed_collisions()`.
+             `robot.allowed_collisions(margin=margin)`; but `clearance` and `distances` see those of the reason "never",
+             which are not near each other in any sample, too. States beyond the limits of joints may bring such links together:
+             give `robot.adjacent_pairs` for these.
     margin   metres that links are apart at least; closer ones count as touching.
     padding  metres by which links grow against what `add_fixed` and `add_points` add, not against each other, as in
              MoveIt: a number for all links, or numbers by their names, and 0 for others. Objects have that of the
@@ -120,7 +123,7 @@ class CollisionChecker:
     padding is for robots without.
     """
 
-    __slots__ = ("_checker", "_fixed", "_links", "_variables")
+    __slots__ = ("_added", "_checker", "_fixed", "_links", "_lock", "_near", "_near_arguments", "_variables")
 
     def __init__(
         self,
@@ -133,13 +136,24 @@ class CollisionChecker:
         threads: int = 1,
         isa: Isa = "auto",
     ) -> None:
+        body, near = robot.body, None
         if ignored is None:
-            allowed = robot.allowed_collisions()
-            ignored = np.stack((allowed["a"], allowed["b"]), axis=1)
-        body = robot.body.ignoring(ignored)
+            allowed = robot.allowed_collisions(margin=margin)
+            ignored = pairs = np.stack((allowed["a"], allowed["b"]), axis=1)
+            never = allowed["reason"] == "never"
+            if never.any():
+                near = body.ignoring(pairs[~never])
+        body = body.ignoring(ignored)
         held = _held_rows(body.names, attached)
         lengths = _padding_of(body.names, held, padding)
         self._checker = _cab.Checker(robot._data, body._data, isa, threads, margin, lengths, held)
+        # For distances: the same checker, or one that tests more pairs, made when it is first needed.
+        self._near: Optional[_cab.Checker] = None if near else self._checker
+        self._near_arguments: Tuple[Any, ...] = (
+            (robot._data, near._data, isa, threads, 0.0, lengths, held) if near else ()
+        )
+        self._added: List[Tuple[Any, ...]] = []  # what that one gets then
+        self._lock = threading.Lock()  # of what is added
         self._variables = robot.variables
         self._links = (*body.names, *(row[0] for row in held))
         self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all
@@ -152,8 +166,7 @@ class CollisionChecker:
         links = len(body.names)
         if poses is None:
             poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float32), (links, 1))
-        self._checker.add_fixed(body._data, small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)"))
-        self._fixed.append(body.names)
+        self._add(body.names, "add_fixed", body._data, small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)"))
 
     def add_points(self, points: ArrayLike, radius: float, *, name: str = "points") -> None:
         """Adds points that stand still in the robot's frame, such as those of a depth camera, each as a ball.
@@ -164,8 +177,30 @@ class CollisionChecker:
 
         0.2 microseconds per point; then calls take 7 ns per point, and a state 3 to 90 microseconds: thin a cloud out.
         """
-        self._checker.add_points(small_array(points, "f4", "points", (None, 3), "(n, 3)"), radius)
-        self._fixed.append(name)
+        self._add(name, "add_points", small_array(points, "f4", "points", (None, 3), "(n, 3)").copy(), radius)
+
+    def _add(self, names: Union[str, Tuple[str, ...]], *call: Any) -> None:
+        # Names come first, since other threads may have hits with what is added before this returns.
+        with self._lock:
+            self._fixed.append(names)
+            try:
+                getattr(self._checker, call[0])(*call[1:])
+            except BaseException:
+                self._fixed.pop()
+                raise
+            if self._near is None:
+                self._added.append(call)
+            elif self._near is not self._checker:
+                getattr(self._near, call[0])(*call[1:])
+
+    def _for_distances(self) -> _cab.Checker:
+        with self._lock:
+            if self._near is None:
+                near = _cab.Checker(*self._near_arguments)
+                for name, *arguments in self._added:
+                    getattr(near, name)(*arguments)
+                self._near, self._added = near, []
+            return self._near
 
     def collides(self, states: StatesLike) -> BoolArray:
         """(n,) bool: whether any tested links touch in each of the states (n, variables).
@@ -217,7 +252,7 @@ class CollisionChecker:
         With gradients=True a pair: the same, and float64 (n, variables): how the distance changes with each variable,
         in metres per radian or metre, while both points stay where they are on their links. 0 where it is infinite.
         """
-        rows, slopes = self._checker.distances(self._states(states), most, gradients)
+        rows, slopes = self._for_distances().distances(self._states(states), most, gradients)
         return (rows, slopes) if gradients else rows
 
     def names(self, rows: StructuredArray) -> List[Tuple[str, str]]:

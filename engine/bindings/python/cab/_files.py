@@ -245,24 +245,28 @@ class Robot:
         """(pairs, 2) uint32: links that a <pair> of an MJCF file lists, to be tested whatever else holds."""
         return np.array(self._data.listed_pairs, dtype=np.uint32).reshape(-1, 2)
 
-    def allowed_collisions(self, samples: int = 10000, seed: int = 1, *, threads: int = 1) -> StructuredArray:
+    def allowed_collisions(
+        self, samples: int = 10000, seed: int = 1, *, margin: float = 0.0, threads: int = 1
+    ) -> StructuredArray:
         """The pairs of links that need no test, as `cab robot` finds them (docs/robots.md): `cab.ALLOWED_COLLISION`.
 
-        Those that the file or the SRDF file excludes; without an SRDF file also adjacent links, and those that touch in
-        at least 95 % or in none of `samples` random states.
+        Those that the file or the SRDF file excludes; without an SRDF file also adjacent links, those that touch in at
+        least 95 % of `samples` random states within the limits of the joints, and those that come within `margin`
+        metres of each other in none ("never"). Beyond the limits, and for distances, test those of "never" too.
 
         a, b     the links, a < b
         reason   "file", "welded", "adjacent", "default", "always" or "never"
         touching in how many of the samples they touch
         """
         with self._lock:
-            rows = self._data.disabled_pairs(samples, seed, threads)
+            rows = self._data.disabled_pairs(samples, seed, threads, margin)
         return np.array(rows, dtype=ALLOWED_COLLISION)
 
     def collides(self, states: StatesLike) -> BoolArray:
         """(n,) bool: whether links of the robot touch in each of the states (n, variables).
 
-        A `CollisionChecker` of this robot, made at the first call, which leaves out `allowed_collisions()`.
+        A `CollisionChecker` of this robot, made at the first call, which leaves out `allowed_collisions()`. For states
+        beyond the limits of joints take one with `ignored=robot.adjacent_pairs`.
         """
         return self._own_checker().collides(states)
 

@@ -339,6 +339,67 @@ def test_what_is_allowed_is_what_the_command_finds(arm, tmp_path):
     assert len(arm.allowed_collisions(0)) < len(allowed) or "never" not in allowed["reason"]
 
 
+@pytest.fixture
+def hoist(tmp_path):
+    """A tool that its limits keep 5 mm above a plate, so that they touch in no state."""
+    if not cab._cab.reads_files:
+        pytest.skip("this build reads no files (CAB_PYTHON_FILES)")
+
+    def box(name, size):
+        shape = f'<collision><geometry><box size="{size}"/></geometry></collision>'
+        return f'<link name="{name}">{shape if size else ""}</link>'
+
+    def slide(name, parent, child, axis, height, lower, upper):
+        return (
+            f'<joint name="{name}" type="prismatic"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="0 0 {height}"/><axis xyz="{axis}"/>'
+            f'<limit lower="{lower}" upper="{upper}" effort="1" velocity="1"/></joint>'
+        )
+
+    path = tmp_path / "hoist.urdf"
+    path.write_text(
+        f'<robot name="hoist">{box("plate", "1 1 .1")}{box("cart", ".1 .1 .1")}{box("tool", ".1 .1 .1")}'
+        f'{slide("x", "plate", "cart", "1 0 0", 2, -.3, .3)}{slide("z", "cart", "tool", "0 0 1", -1.5, -.395, 0)}'
+        "</robot>"
+    )
+    return cab.Robot(path)
+
+
+def test_links_that_touch_in_no_sample_have_margins_and_distances(hoist):
+    assert hoist.allowed_collisions().tolist() == [
+        (0, 1, "adjacent", 0), (0, 2, "never", 0), (1, 2, "adjacent", 0)
+    ]
+    assert [row[2] for row in hoist.allowed_collisions(margin=0.02).tolist()] == ["adjacent"] * 2
+    low = [[0.1, -0.395], [0.1, -0.3]]
+    assert hoist.clearance(low) == pytest.approx([0.005, 0.1], abs=1e-6)
+    assert hoist.distances(low[0])["link_b"].tolist() == [2]
+    assert not hoist.collides(low).any()
+    near = cab.CollisionChecker(hoist, margin=0.02)
+    assert near.collides(low).tolist() == [True, False]
+    assert not near.edges([0.1, 0.0], low[0])["free"][0]
+    # Beyond the limits, where the tool is 2 cm in the plate.
+    beyond = cab.CollisionChecker(hoist, ignored=hoist.adjacent_pairs)
+    assert beyond.collides([[0.1, -0.42]]).all()
+    with pytest.raises(cab.InputError, match="margin"):
+        hoist.allowed_collisions(margin=-1)
+
+
+def test_what_is_added_before_and_after_distances_counts_in_all_calls(hoist):
+    checker = cab.CollisionChecker(hoist)
+    low = [[0.1, -0.395]]
+    points = np.array([[0.155, 0.0, 0.105]])
+    checker.add_points(points, 0.002, name="beside")
+    points[:] = 9
+    nearest = checker.distances(low)
+    assert (nearest["distance"], checker.names(nearest)) == (pytest.approx([0.003], abs=1e-6), [("tool", "beside 0")])
+    checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 0.206]])
+    nearest = checker.distances(low)
+    assert nearest["distance"] == pytest.approx([0.001], abs=1e-6)
+    assert nearest["fixed"].tolist() == [1]
+    assert checker.clearance([[0.1, -0.39]]) == pytest.approx([-0.004], abs=1e-6)
+    assert checker.hits([[0.1, -0.39]])["fixed"].tolist() == [1]
+
+
 def test_an_srdf_file_is_all_that_is_allowed(arm, tmp_path):
     srdf = tmp_path / "arm.srdf"
     srdf.write_text('<robot name="arm"><disable_collisions link1="base" link2="hand" reason="Never"/></robot>')

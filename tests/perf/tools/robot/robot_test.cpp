@@ -308,6 +308,26 @@ TEST_CASE("bodies around the robot touch it where they stand at rest, and a marg
   CHECK(json["hits"] == recorded_hits(recording, 3));
 }
 
+TEST_CASE("links that touch in no sample are tested with a margin that they come within, and beyond limits") {
+  const KnownRobot robot;
+  const auto count_never = [](const Json& json) {
+    return std::count_if(json["masked"].begin(), json["masked"].end(),
+                         [](const Json& pair) { return pair["reason"] == "never"; });
+  };
+  // far is 100 beside all others, less two radii.
+  const Json apart = robot.run({"--margin", "97.9"}), near = robot.run({"--margin", "99"});
+  CHECK(count_never(apart) == count_never(robot.run({})));
+  CHECK(count_never(apart) > count_never(near));
+  CHECK(std::any_of(near["pairs"].begin(), near["pairs"].end(), [](const Json& pair) {
+    return pair["link_a"] == "base" && pair["link_b"] == "far" && pair["states"] > 0;
+  }));
+  const std::string states = robot.folder / "states.csv";
+  write_text(states, "slider_joint,far_joint\n10,0\n");
+  CHECK(count_never(robot.run({"--states", states})) == count_never(apart));
+  write_text(states, "slider_joint,far_joint\n10.1,0\n");
+  CHECK(count_never(robot.run({"--states", states})) == 0);
+}
+
 TEST_CASE("padding counts against what stands around, for all links or for one, and not between links") {
   const KnownRobot robot;
   const std::string cell = robot.folder / "cell.urdf", states = robot.folder / "states.csv",
