@@ -1,7 +1,9 @@
 #include "scenes/robot/mjcf_text.h"
 
+#include "scenes/import/input_file.h"
 #include "scenes/import/limits.h"
 #include "scenes/import/printable.h"
+#include "scenes/robot/mesh_file.h"
 #include "scenes/robot/mjcf_tree.h"
 #include "scenes/robot/mjcf_words.h"
 
@@ -45,6 +47,18 @@ std::vector<const XMLElement*> named(const std::vector<const XMLElement*>& eleme
   for (const XMLElement* element : elements)
     if (element->Name() == name) found.push_back(element);
   return found;
+}
+
+// Whether an OBJ text has faces before a line that begins an object or a group. libmujoco 2.2.2 reads these alone.
+bool has_several_objects(const std::string& text) {
+  bool has_face = false;
+  for (std::size_t at = 0; (at = text.find_first_not_of(" \t\r\n", at)) != text.npos;) {
+    const std::string_view word = std::string_view(text).substr(at, text.find_first_of(" \t\r\n", at) - at);
+    if (has_face && (word == "o" || word == "g")) return true;
+    has_face = has_face || word == "f";
+    at = text.find_first_of("\r\n", at);
+  }
+  return false;
 }
 
 // Lines of a text, one element each, and the elements that they come from.
@@ -351,8 +365,25 @@ class MjcfWriter {
       const std::string place = tree_.place_of(element) + ": mesh " + printable(given["file"]);
       given["file"] = tree_.mesh_path(element);
       require_mjcf_file(given["file"], place);
+      const bool has_own = given.count("vertex") + given.count("face") > 0;  // which libmujoco refuses
+      if (!has_own && lower_extension(given["file"]) == ".obj" && has_several_objects(read_text(given["file"], place)))
+        take_mesh(given, place);
     }
     assets_.element("mesh", given, element);
+  }
+
+  // Puts the vertices and triangles of all objects of a mesh's file in the place of the file.
+  void take_mesh(Attributes& given, const std::string& place) {
+    std::vector<Vec3> corners;
+    const std::vector<Vec3> vertices = read_mesh(given["file"], place, result_.notes, &corners);
+    std::vector<double> numbers, indices;
+    for (const Vec3& vertex : vertices) numbers.insert(numbers.end(), vertex.begin(), vertex.end());
+    for (const Vec3& corner : corners)
+      indices.push_back(
+          static_cast<double>(std::lower_bound(vertices.begin(), vertices.end(), corner) - vertices.begin()));
+    given.erase("file");
+    given["vertex"] = written(numbers);
+    if (!indices.empty()) given["face"] = written(indices);
   }
 
   void write_contact(const XMLElement& section) {

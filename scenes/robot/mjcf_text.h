@@ -22,7 +22,7 @@ struct MjcfText {
     int line = 0;
   };
 
-  std::string xml;                 // one element a line; meshes by their full paths
+  std::string xml;                 // one element a line; meshes by their full paths, or by their vertices
   std::vector<Line> lines;         // where each line was written
   std::vector<std::string> files;  // "robot.xml", "robot.xml: in arm.xml"
   bool filters_parents = true;     // false: the file disables `filterparent`

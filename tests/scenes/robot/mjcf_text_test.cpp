@@ -394,6 +394,51 @@ TEST_CASE("only the meshes of shapes are opened, and one that is not there is na
   CHECK(has_note(field, "planes and height fields are left out: 1"));
 }
 
+TEST_CASE("MJCF: all objects and groups of an OBJ file are one mesh, in hulls, in triangles and for fitted geoms") {
+  const TemporaryFile file("r.xml", "");
+  const std::string first = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const std::string second = "v 5 0 0\nv 6 0 0\nv 5 1 0\nv 5 0 1\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n";
+  const auto write = [&](const std::string& objects, const std::string& attributes) {
+    std::ofstream(file.directory() / "two.obj", std::ios::binary) << objects;
+    std::ofstream(file.path()) << mujoco("<asset><mesh name='m' file='two.obj' " + attributes +
+                                         "/></asset><worldbody><body><joint range='-1 1'/><geom type='mesh' mesh='m'/>"
+                                         "<geom type='box' mesh='m'/></body></worldbody>");
+  };
+  // A file of one object is libmujoco's.
+  for (const std::string& one : {first + second, "o a\ng b\n" + first + "# o b\n" + second}) {
+    write(one, "");
+    CHECK(scenes::mjcf_text(scenes::XmlText(file.path()), {}).xml.find("two.obj") != std::string::npos);
+  }
+  if (skips()) return;
+  struct Placed {
+    std::string attributes;
+    float least, greatest;  // along x
+  };
+  for (const std::string& objects : {"o a\n" + first + "o b\n" + second, first + "\r\n\tg b\r\n" + second})
+    for (const Placed& placed :
+         {Placed{"", 0, 6}, Placed{"scale='-2 1 1' refpos='1 0 0'", -10, 2}, Placed{"refquat='0 0 0 1'", -6, 0}}) {
+      CAPTURE(objects);
+      CAPTURE(placed.attributes);
+      write(objects, placed.attributes);
+      const scenes::Robot robot = scenes::import_robot(file.path(), {});
+      REQUIRE(robot.body.leaves.size() == 2);
+      const std::vector<float>& vertices = robot.body.leaves[0].parts[0].vertices;
+      float least = vertices[0], greatest = vertices[0];
+      for (std::size_t v = 0; v < vertices.size(); v += 3) {
+        least = std::min(least, vertices[v]);
+        greatest = std::max(greatest, vertices[v]);
+      }
+      CHECK(std::fabs(least - placed.least) < 1e-5f);
+      CHECK(std::fabs(greatest - placed.greatest) < 1e-5f);
+      CHECK(scenes::import_triangles(file.path(), {})[0].size() == 8 * 9);
+      // That of the first object alone is more than two off.
+      CHECK(std::fabs(centres(robot)[1][0] - .5 * (placed.least + placed.greatest)) < 1);
+    }
+  write("o a\n" + first + "o b\nv 5 0 nan\nf 1 2 5\n", "");
+  CHECK_THROWS_WITH_AS(scenes::import_robot(file.path(), {}),
+                       doctest::Contains("line 2: mesh two.obj: a vertex is not a number"), scenes::ImportError);
+}
+
 TEST_CASE("bodies without joints are one rigid body with their parents, and MuJoCo does not test its neighbours") {
   if (skips()) return;
   const std::string ball = "<geom size='.1'/>";
