@@ -35,8 +35,9 @@ constexpr std::size_t kMaxLines = 200000;
 constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;
 constexpr std::size_t kMaxWork = 4000000;  // elements and attributes that are looked at
 
-// What geoms and joints are asked for that their class may say.
-constexpr std::string_view kClassKeys[] = {"conaffinity", "contype", "limited", "mesh", "range", "type"};
+// What geoms, joints and meshes are asked for that their class may say.
+constexpr std::string_view kClassKeys[] = {"conaffinity", "contype", "inertia",      "limited",
+                                           "mesh",        "range",   "shellinertia", "type"};
 
 bool is_zero(std::string_view number) {
   return number.find('0') != number.npos && number.find_first_not_of(" 0") == number.npos;
@@ -268,8 +269,10 @@ class MjcfWriter {
   Attributes compiler() const {
     Attributes attributes = {
         {"autolimits", "true"}, {"balanceinertia", "true"}, {"boundinertia", "1"}, {"boundmass", "1"}};
-    for (const char* name : {"angle", "autolimits", "coordinate", "eulerseq", "fitaabb"})
+    for (const char* name : {"angle", "autolimits", "coordinate", "eulerseq"})
       if (!tree_.setting(name).empty()) attributes[name] = tree_.setting(name);
+    if (fitted_ > 0 && !tree_.setting("exactmeshinertia").empty())  // it says nothing of other geoms
+      attributes["exactmeshinertia"] = tree_.setting("exactmeshinertia");
     return attributes;
   }
 
@@ -359,6 +362,9 @@ class MjcfWriter {
       ++cut_["<mesh> of no shape"];
       return;
     }
+    const std::string_view inertia = value_of(element, "inertia", {});
+    if (fitted_meshes_.count(given["name"]) != 0 && !inertia.empty() && inertia != "legacy" && !is_ignored("inertia"))
+      refuse(element, "<mesh> has the attribute inertia, which is not read, and a geom is fitted to it", "inertia");
     if (given["file"].empty()) {
       given.erase("file");
     } else {
@@ -413,7 +419,7 @@ class MjcfWriter {
     bodies_.close();
   }
 
-  // An attribute of a geom or a joint, which its class may give.
+  // An attribute of a geom, a joint or a mesh, which its class may give.
   std::string_view value_of(const XMLElement& element, std::string_view key, const Context& context) const {
     if (const char* const own = element.Attribute(key.data())) return own;
     const char* const name = element.Attribute("class");
@@ -508,8 +514,19 @@ class MjcfWriter {
       return;
     }
     if (!mesh.empty()) meshes_.emplace(mesh);
-    if (!mesh.empty() && type != "mesh") ++fitted_;
+    if (!mesh.empty() && type != "mesh") {
+      ++fitted_;
+      fitted_meshes_.emplace(mesh);
+      refuse_fit(element, "fitaabb", tree_.setting("fitaabb"));
+      refuse_fit(element, "shellinertia", value_of(element, "shellinertia", context));
+    }
     bodies_.element("geom", given, element);
+  }
+
+  // By some words libmujoco 2.2.2 fits a geom to a mesh as if this stood elsewhere.
+  void refuse_fit(const XMLElement& element, const std::string& word, std::string_view value) {
+    if (!value.empty() && value != "false" && !is_ignored(word))
+      refuse(element, "a geom is fitted to a mesh by " + word + ", which libmujoco 2.2.2 does wrong", word);
   }
 
   void write_composite(const XMLElement& element, const Attributes& given) {
@@ -622,6 +639,7 @@ class MjcfWriter {
   std::set<std::string> listed_;               // names of geoms in a <pair>
   std::set<std::string> repeated_;             // names inside a <replicate>, as written
   std::set<std::string, std::less<>> meshes_;  // names of those that written geoms have
+  std::set<std::string> fitted_meshes_;        // names of those that written geoms are fitted to
   Counts cut_, unknown_, ignored_;
   std::size_t limited_by_range_ = 0, fitted_ = 0, equalities_ = 0, whole_hulls_ = 0, work_ = 0;
 };

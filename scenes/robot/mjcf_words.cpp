@@ -27,8 +27,8 @@ constexpr Element kElements[] = {
      {"asset compiler contact default deformable option worldbody",
       "actuator custom equality extension keyframe sensor size statistic tendon visual"}},
     {"compiler",
-     {"angle assetdir autolimits coordinate eulerseq fitaabb meshdir strippath",
-      "alignfree balanceinertia boundinertia boundmass conflict convexhull discardvisual exactmeshinertia fusestatic "
+     {"angle assetdir autolimits coordinate eulerseq exactmeshinertia fitaabb meshdir strippath",
+      "alignfree balanceinertia boundinertia boundmass conflict convexhull discardvisual fusestatic "
       "inertiafromgeom inertiagrouprange saveinertial settotalmass texturedir usethread"},
      {"", "lengthrange"}},
     {"default",

@@ -439,6 +439,48 @@ TEST_CASE("MJCF: all objects and groups of an OBJ file are one mesh, in hulls, i
                        doctest::Contains("line 2: mesh two.obj: a vertex is not a number"), scenes::ImportError);
 }
 
+TEST_CASE("MJCF: words by which libmujoco would fit a geom to a mesh wrongly are refused, if a geom is fitted") {
+  struct Fit {
+    std::string compiler, defaults, mesh, geom;
+    std::string told;
+  };
+  const auto text = [](const Fit& fit, const std::string& type) {
+    return mujoco(
+        "<compiler " + fit.compiler + "/><default>" + fit.defaults + "</default><asset><mesh name='m' " + fit.mesh +
+        " vertex='1 0 0 3 0 0 1 1 0 3 1 0 1 0 1 3 0 1 1 1 1 3 1 1'/></asset>\n<worldbody><body><joint/><geom " +
+        fit.geom + " mesh='m' type='" + type + "'/></body></worldbody>");
+  };
+  const std::string fitted = "line 3: a geom is fitted to a mesh by ", wrong = ", which libmujoco 2.2.2 does wrong; ";
+  const std::string inertia =
+      "line 2: <mesh> has the attribute inertia, which is not read, and a geom is fitted to it; ";
+  for (const auto& [fit, word] : std::vector<std::pair<Fit, std::string>>{
+           {{"fitaabb='true'", "", "", "", fitted + "fitaabb" + wrong}, "fitaabb"},
+           {{"", "", "", "shellinertia='true'", fitted + "shellinertia" + wrong}, "shellinertia"},
+           {{"", "<geom shellinertia='true'/>", "", "", fitted + "shellinertia" + wrong}, "shellinertia"},
+           {{"", "", "inertia='exact'", "", inertia}, "inertia"},
+           {{"", "<mesh inertia='shell'/>", "", "", inertia}, "inertia"},
+           {{"fitaabb='false'", "", "inertia='legacy'", "shellinertia='false'", ""}, ""}}) {
+    const std::string box = text(fit, "box");
+    CAPTURE(box);
+    CHECK(refusal(box) == (word.empty() ? word : fit.told + "--ignore " + word + " passes it over"));
+    CHECK(refusal(text(fit, "mesh")).empty());
+    if (!scenes::reads_mjcf()) continue;
+    check_near(centres(read(box, ignoring(word)))[0], {2, .5, .5});
+  }
+  if (skips()) return;
+  // The box of an L has its centre where the mass of the L is.
+  for (const auto& [compiler, centre] :
+       {std::pair<std::string, double>("exactmeshinertia='true'", 1.1), {"exactmeshinertia='false'", 1.1209553}}) {
+    const scenes::Robot robot = read(mujoco(
+        "<compiler " + compiler +
+        "/><asset><mesh name='m' vertex='0 0 0 3 0 0 3 1 0 1 1 0 1 3 0 0 3 0 0 0 1 3 0 1 3 1 1 1 1 1 1 3 1 0 3 1' "
+        "face='0 2 1 6 7 8 0 3 2 6 8 9 0 5 3 6 9 11 3 5 4 9 10 11 0 1 7 0 7 6 1 2 8 1 8 7 2 3 9 2 9 8 3 4 10 3 10 9 4 "
+        "5 11 4 11 10 5 0 6 5 6 11'/></asset><worldbody><geom type='box' mesh='m'/></worldbody>"));
+    check_near(centres(robot)[0], {centre, centre, .5});
+    CHECK_FALSE(has_note(robot, "exactmeshinertia"));
+  }
+}
+
 TEST_CASE("bodies without joints are one rigid body with their parents, and MuJoCo does not test its neighbours") {
   if (skips()) return;
   const std::string ball = "<geom size='.1'/>";
