@@ -2,6 +2,7 @@
 #include "scenes/import/skin_file.h"
 
 #include "scenes/import/limits.h"
+#include "scenes/import/polygon.h"
 #include "scenes/import/printable.h"
 
 #include <assimp/mesh.h>
@@ -46,8 +47,8 @@ std::uint32_t add_bone(FileSkin& skin, std::int32_t joint, const Affine& bind, d
   return static_cast<std::uint32_t>(skin.bone_joints.size() - 1);
 }
 
-// Adds the name, vertices without influences, and triangles: a polygon becomes a fan, points and lines are left out.
-// Returns the index of the first vertex.
+// Adds the name, vertices without influences, and triangles: polygons are cut into them, points and lines are left
+// out. Returns the index of the first vertex.
 std::size_t add_mesh(const aiMesh& mesh, const std::string& path, Gathered& gathered) {
   FileSkin& skin = gathered.skin;
   const std::size_t first = gathered.influences.size();
@@ -66,6 +67,8 @@ std::size_t add_mesh(const aiMesh& mesh, const std::string& path, Gathered& gath
     }
   }
   gathered.influences.resize(first + mesh.mNumVertices);
+  std::vector<Vec3> polygon;
+  std::vector<std::uint32_t> triangles;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
     for (unsigned k = 0; k < face.mNumIndices; ++k)
@@ -73,9 +76,14 @@ std::size_t add_mesh(const aiMesh& mesh, const std::string& path, Gathered& gath
         fail("face " + std::to_string(f) + " has a vertex that does not exist");
     if (skin.triangles.size() / 3 + face.mNumIndices > kMaxSkinTriangles)
       fail("more than " + std::to_string(kMaxSkinTriangles) + " triangles in all meshes");
-    for (unsigned k = 2; k < face.mNumIndices; ++k)
-      for (const unsigned corner : {0u, k - 1, k})
-        skin.triangles.push_back(static_cast<std::uint32_t>(first + face.mIndices[corner]));
+    polygon.clear(), triangles.clear();
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      const aiVector3D& p = mesh.mVertices[face.mIndices[k]];
+      polygon.push_back({p.x, p.y, p.z});
+    }
+    cut_polygon(polygon, triangles);
+    for (const std::uint32_t corner : triangles)
+      skin.triangles.push_back(static_cast<std::uint32_t>(first + face.mIndices[corner]));
   }
   return first;
 }

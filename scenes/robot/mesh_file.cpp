@@ -2,6 +2,7 @@
 #include "scenes/robot/mesh_file.h"
 
 #include "scenes/import/input_file.h"
+#include "scenes/import/polygon.h"
 #include "scenes/import/prepared_file.h"
 #include "scenes/import/printable.h"
 
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <iterator>
@@ -39,10 +41,14 @@ void add_vertices(const aiScene& scene, const aiNode& node, const aiMatrix4x4& t
       vertices.push_back({point.x, point.y, point.z});
     }
     if (corners == nullptr) continue;
+    std::vector<Vec3> polygon;
+    std::vector<std::uint32_t> triangles;
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
-      for (unsigned k = 2; k < face.mNumIndices; ++k)
-        for (const unsigned corner : {0u, k - 1, k}) corners->push_back(vertices.at(first + face.mIndices[corner]));
+      polygon.clear(), triangles.clear();
+      for (unsigned k = 0; k < face.mNumIndices; ++k) polygon.push_back(vertices.at(first + face.mIndices[k]));
+      cut_polygon(polygon, triangles);
+      for (const std::uint32_t corner : triangles) corners->push_back(polygon[corner]);
     }
   }
   for (unsigned c = 0; c < node.mNumChildren; ++c) add_vertices(scene, *node.mChildren[c], to_root, vertices, corners);

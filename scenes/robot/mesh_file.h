@@ -38,7 +38,7 @@ bool is_mesh_path(const std::string& path);
 
 // All vertices of a mesh file, in metres of the file, each once. The axes are those of the file: no turn by an up axis.
 // `notes` gets what of the file is read otherwise than a user may expect, with `source`. Throws ImportError with
-// `source`. `corners` (may be null) gets the three corners of each triangle; a polygon is a fan of triangles.
+// `source`. `corners` (may be null) gets the three corners of each triangle; polygons are cut into triangles.
 std::vector<Vec3> read_mesh(const std::string& path, const std::string& source, std::vector<std::string>& notes,
                             std::vector<Vec3>* corners = nullptr);
 

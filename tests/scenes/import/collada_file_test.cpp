@@ -1,4 +1,4 @@
-// Collada as it is written: white space, and joints of the same names in several figures.
+// Collada as it is written: white space, joints of the same names in several figures, and concave polygons.
 #include "scenes/import/collada_file.h"
 
 #include "scenes/import/import.h"
@@ -7,7 +7,9 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -137,4 +139,16 @@ TEST_CASE("what a Collada file does not tell apart is a note") {
   std::vector<std::string> found;
   collada_for_assimp(text, found);
   CHECK(found == std::vector<std::string>{"warning: ids that several nodes have (bone1): only one of them moves"});
+}
+
+TEST_CASE("a concave polygon of a skin is cut along the diagonal inside it") {
+  std::string text = two_figures("");
+  for (const auto& [old, now] : std::vector<std::pair<std::string, std::string>>{
+           {"0 0 0 1 0 0 0 1 0 0 0 1", "0 0 0 2 2 0 0 1 0 -2 2 0"},
+           {"stride='3'><param name='X' type='float'/>",
+            "stride='3'><param name='X' type='float'/><param name='Y' type='float'/><param name='Z' type='float'/>"},
+           {"<triangles count='4'>", "<polylist count='1'>"},
+           {"<p>0 2 1 0 1 3 0 3 2 1 2 3</p></triangles>", "<vcount>4</vcount><p>1 2 3 0</p></polylist>"}})
+    text.replace(text.find(old), old.size(), now);
+  CHECK(skin_of(text).skin.triangles == std::vector<std::uint32_t>{3, 0, 1, 1, 2, 3, 7, 4, 5, 5, 6, 7});
 }

@@ -1,4 +1,4 @@
-// Meshes of robots in glTF and Collada files that assimp alone would read wrong.
+// Meshes of robots: glTF and Collada files that assimp alone would read wrong, and polygons.
 #include "scenes/robot/mesh_file.h"
 
 #include "scenes/import/import.h"
@@ -75,4 +75,27 @@ TEST_CASE("a robot's mesh in a Collada file may have white space before its numb
     REQUIRE(vertices.size() == 3);
     CHECK(vertices[2] == Vec3{1, 0, 0});
   }
+}
+
+TEST_CASE("a robot's mesh of concave polygons has their surface and their volume") {
+  // A prism over a U, whose hollow is one wide and two deep.
+  const std::string u = "v 0 0 Z\nv 3 0 Z\nv 3 3 Z\nv 2 3 Z\nv 2 1 Z\nv 1 1 Z\nv 1 3 Z\nv 0 3 Z\n";
+  std::string text;
+  for (const char z : {'0', '1'})
+    for (const char c : u) text += c == 'Z' ? z : c;
+  text +=
+      "f 1 8 7 6 5 4 3 2\nf 9 10 11 12 13 14 15 16\nf 1 2 10 9\nf 2 3 11 10\nf 3 4 12 11\nf 4 5 13 12\n"
+      "f 5 6 14 13\nf 6 7 15 14\nf 7 8 16 15\nf 8 1 9 16\n";
+  const TemporaryFile file("u.obj", text);
+  std::vector<std::string> notes;
+  std::vector<Vec3> corners;
+  CHECK(read_mesh(file.path(), "mesh", notes, &corners).size() == 16);
+  REQUIRE(corners.size() == 3 * (6 + 6 + 8 * 2));
+  double surface = 0, volume = 0;
+  for (std::size_t c = 0; c < corners.size(); c += 3) {
+    surface += length(cross(corners[c + 1] - corners[c], corners[c + 2] - corners[c])) / 2;
+    volume += dot(corners[c], cross(corners[c + 1], corners[c + 2])) / 6;
+  }
+  CHECK(surface == doctest::Approx(2 * 7 + 16));
+  CHECK(volume == doctest::Approx(7));
 }
