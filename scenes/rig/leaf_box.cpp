@@ -13,6 +13,9 @@ namespace {
 
 using Axes = std::array<Vec3, 3>;
 
+// The orientations of this many parts are tried, chosen evenly. With all of them the work would be quadratic, and one
+// link of a file may have 65 000 parts.
+constexpr std::size_t kMaxOwnOrientations = 256;
 // The planes of pairs are tried among this many parts. With more the work would be cubic without gain.
 constexpr std::size_t kMaxPairedParts = 16;
 // This is more than outward rounding needs. It also covers readers that do not normalise a part's float rotation.
@@ -30,6 +33,12 @@ Axes axes_of(const ConvexPart& part) {
   const Quat q = normalized({r[0], r[1], r[2], r[3]});
   return {rotate(q, {1, 0, 0}), rotate(q, {0, 1, 0}), rotate(q, {0, 0, 1})};
 }
+
+// Parts, and the axes of each.
+struct PlacedParts {
+  const std::vector<ConvexPart>& parts;
+  std::vector<Axes> axes;
+};
 
 Vec3 position_of(const ConvexPart& part) { return {part.position[0], part.position[1], part.position[2]}; }
 
@@ -54,10 +63,11 @@ double half_width(const ConvexPart& part, const Vec3& c) {
 }
 
 // The least and the greatest dot(direction, x) over all points x of all parts.
-std::array<double, 2> bounds(const std::vector<ConvexPart>& parts, const Vec3& direction) {
+std::array<double, 2> bounds(const PlacedParts& placed, const Vec3& direction) {
   std::array<double, 2> range = {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
-  for (const ConvexPart& part : parts) {
-    const Axes axes = axes_of(part);
+  for (std::size_t p = 0; p < placed.parts.size(); ++p) {
+    const ConvexPart& part = placed.parts[p];
+    const Axes& axes = placed.axes[p];
     const double reach = half_width(part, {dot(direction, axes[0]), dot(direction, axes[1]), dot(direction, axes[2])});
     const double middle = dot(direction, position_of(part));
     range[0] = std::min(range[0], middle - reach);
@@ -66,10 +76,10 @@ std::array<double, 2> bounds(const std::vector<ConvexPart>& parts, const Vec3& d
   return range;
 }
 
-double volume(const std::vector<ConvexPart>& parts, const Axes& axes) {
+double volume(const PlacedParts& placed, const Axes& axes) {
   double product = 1;
   for (const Vec3& axis : axes) {
-    const auto [low, high] = bounds(parts, axis);
+    const auto [low, high] = bounds(placed, axis);
     product *= high - low;
   }
   return product;
@@ -78,11 +88,15 @@ double volume(const std::vector<ConvexPart>& parts, const Axes& axes) {
 }  // namespace
 
 Box leaf_box(const std::vector<ConvexPart>& parts) {
+  PlacedParts placed = {parts, {}};
+  placed.axes.reserve(parts.size());
+  for (const ConvexPart& part : parts) placed.axes.push_back(axes_of(part));
+  const std::size_t own = std::min(parts.size(), kMaxOwnOrientations), paired = std::min(own, kMaxPairedParts);
   std::vector<Axes> candidates;
-  candidates.reserve(parts.size() + kMaxPairedParts * kMaxPairedParts);
-  for (const ConvexPart& part : parts) candidates.push_back(axes_of(part));
-  for (std::size_t i = 0; i < std::min(parts.size(), kMaxPairedParts); ++i) {
-    for (std::size_t j = 0; j < std::min(parts.size(), kMaxPairedParts); ++j) {
+  candidates.reserve(own + kMaxPairedParts * kMaxPairedParts);
+  for (std::size_t i = 0; i < own; ++i) candidates.push_back(placed.axes[i * parts.size() / own]);
+  for (std::size_t i = 0; i < paired; ++i) {
+    for (std::size_t j = 0; j < paired; ++j) {
       const Vec3 along = candidates[i][0];
       Vec3 normal = cross(along, candidates[j][0]);
       const double n = length(normal);
@@ -92,10 +106,10 @@ Box leaf_box(const std::vector<ConvexPart>& parts) {
     }
   }
   Axes axes = rounded_to_float(candidates[0]);
-  double least = volume(parts, axes);
+  double least = volume(placed, axes);
   for (const Axes& candidate : candidates) {
     const Axes rounded = rounded_to_float(candidate);
-    const double size = volume(parts, rounded);
+    const double size = volume(placed, rounded);
     // Only a clear gain counts, so that rounding does not choose between equal boxes.
     if (size < least * (1 - 1e-9)) {
       least = size;
@@ -106,7 +120,7 @@ Box leaf_box(const std::vector<ConvexPart>& parts) {
   Box box = {};
   Vec3 center = {0, 0, 0};
   for (const Vec3& axis : axes) {
-    const auto [low, high] = bounds(parts, axis);
+    const auto [low, high] = bounds(placed, axis);
     center = center + (.5 * (low + high)) * axis;
   }
   for (std::size_t k = 0; k < 3; ++k) {
@@ -121,7 +135,7 @@ Box leaf_box(const std::vector<ConvexPart>& parts) {
     const Vec3 dual = (1 / determinant) * cross(axes[(k + 1) % 3], axes[(k + 2) % 3]);
     double half = 0;
     for (const Vec3& direction : {axes[k], dual}) {
-      const auto [low, high] = bounds(parts, direction);
+      const auto [low, high] = bounds(placed, direction);
       const double middle = dot(direction, center);
       half = std::max({half, high - middle, middle - low});
     }

@@ -35,6 +35,8 @@ struct Figure {
   std::vector<BodyPart> part;                   // [joint] of the bone that ends there
   std::vector<std::vector<std::size_t>> bones;  // [joint] the far ends of its bones
   std::vector<bool> is_end;                     // [joint] no segment leaves its point below it, bone or not
+  std::vector<double> reach;                    // [joint] how far bones lead from it
+  std::vector<std::uint32_t> parts_below;       // [joint] bits of the whole heads and hands that are ends below it
   std::map<std::size_t, Mean> last_bones;       // by the joint two above their ends
   Mean last_phalanges;
   double stature = 0;
@@ -57,15 +59,31 @@ struct Figure {
   }
 };
 
+std::uint32_t bit_of(BodyPart part) { return std::uint32_t{1} << static_cast<unsigned>(part); }
+
+// The bit of the head or hand that a joint's name means as a whole; 0 if it means none.
+std::uint32_t whole_part(const std::string& name) {
+  const std::optional<Cap> cap = cap_of(name);
+  return cap && cap->stands_out && !cap->is_tip ? bit_of(cap->part) : 0;
+}
+
 Figure read_figure(const SkeletonView& skeleton) {
-  Figure figure = {skeleton, measure_segments(skeleton), {}, {}, {}, {}, {}, 0};
+  Figure figure = {skeleton, measure_segments(skeleton), {}, {}, {}, {}, {}, {}, {}, 0};
   const std::size_t count = skeleton.parents.size();
   figure.part.assign(count, BodyPart::kUnknown);
   figure.bones.resize(count);
   figure.is_end.assign(count, true);
+  figure.reach.assign(count, 0);
+  figure.parts_below.assign(count, 0);
+  // Each joint tells the one above what is below it, so that none has to look for it among all others.
   for (std::size_t j = count; j-- > 1;) {
     const SegmentKind kind = figure.segments.kind[j];
-    if (kind != SegmentKind::kZero || !figure.is_end[j]) figure.is_end[figure.above(j)] = false;
+    const std::size_t parent = figure.above(j);
+    if (kind != SegmentKind::kZero || !figure.is_end[j]) figure.is_end[parent] = false;
+    if (kind == SegmentKind::kBone || kind == SegmentKind::kZero)
+      figure.reach[parent] = std::max(figure.reach[parent], figure.bone_length(j) + figure.reach[j]);
+    const bool ends_figure = figure.is_end[j] && !skeleton.is_end_site[j];
+    figure.parts_below[parent] |= figure.parts_below[j] | (ends_figure ? whole_part(skeleton.names[j]) : 0);
   }
   for (std::size_t j = 1; j < count; ++j) {
     if (!figure.is_bone(j)) continue;
@@ -142,30 +160,36 @@ StatureLengths stature_lengths(const Figure& figure) {
   return lengths;
 }
 
-// Where a figure looks in a frame, by the joints at which its thighs begin and the bones of its trunk; 0 if it has
+// Where a figure looks in each frame, by the joints at which its thighs begin and the bones of its trunk; 0 if it has
 // none. The model is right-handed.
-Vec3 forward(const Figure& figure, std::size_t frame) {
-  Vec3 left = {0, 0, 0}, up = {0, 0, 0};
-  for (std::size_t j = 1; j < figure.joint_count(); ++j) {
-    const BodyPart part = figure.is_bone(j) ? figure.part[j] : BodyPart::kUnknown;
-    if (part != BodyPart::kThigh && part != BodyPart::kTrunk) continue;
-    const std::size_t parent = figure.above(j);
-    const Vec3 start = position(figure.skeleton, frame, parent);
-    if (part == BodyPart::kTrunk) up = up + position(figure.skeleton, frame, j) - start;
-    if (part == BodyPart::kThigh && figure.begins_part(j)) left = left + side_of(figure.name(parent)) * start;
+std::vector<Vec3> forward(const Figure& figure) {
+  std::vector<Vec3> directions;
+  for (std::size_t f = 0; f < figure.skeleton.frame_count; ++f) {
+    Vec3 left = {0, 0, 0}, up = {0, 0, 0};
+    for (std::size_t j = 1; j < figure.joint_count(); ++j) {
+      const BodyPart part = figure.is_bone(j) ? figure.part[j] : BodyPart::kUnknown;
+      if (part != BodyPart::kThigh && part != BodyPart::kTrunk) continue;
+      const std::size_t parent = figure.above(j);
+      const Vec3 start = position(figure.skeleton, f, parent);
+      if (part == BodyPart::kTrunk) up = up + position(figure.skeleton, f, j) - start;
+      if (part == BodyPart::kThigh && figure.begins_part(j)) left = left + side_of(figure.name(parent)) * start;
+    }
+    directions.push_back(cross(left, up));
   }
-  return cross(left, up);
+  return directions;
 }
 
 // The direction of a cap in its joint's frame. A foot below a shank points ahead, in the mean over all frames. A head
 // with an end site points there. Everything else points as the bone before it does in its own frame: so a cap continues
 // the bone in skeletons whose frames all are those of the model at rest, and in those whose bones lie along one axis.
-Vec3 cap_direction(const Figure& figure, std::size_t joint, std::size_t bone, BodyPart part) {
+// `looks` is empty until a foot needs forward().
+Vec3 cap_direction(const Figure& figure, std::size_t joint, std::size_t bone, BodyPart part, std::vector<Vec3>& looks) {
   const SkeletonView& s = figure.skeleton;
   if (part == BodyPart::kFoot && figure.part[bone] != BodyPart::kFoot) {
+    if (looks.empty()) looks = forward(figure);
     Vec3 sum = {0, 0, 0};
     for (std::size_t f = 0; f < s.frame_count; ++f) {
-      const Vec3 ahead = rotate(conjugate(rotation(s, f, joint)), forward(figure, f));
+      const Vec3 ahead = rotate(conjugate(rotation(s, f, joint)), looks[f]);
       if (length(ahead) > 0) sum = sum + (1 / length(ahead)) * ahead;
     }
     if (length(sum) > kNoDirection * s.frame_count) return (1 / length(sum)) * sum;
@@ -173,37 +197,6 @@ Vec3 cap_direction(const Figure& figure, std::size_t joint, std::size_t bone, Bo
   for (const std::size_t end : figure.bones[joint])
     if (s.is_end_site[end]) return (1 / figure.bone_length(end)) * figure.segments.offset[end];
   return (1 / figure.bone_length(bone)) * figure.segments.offset[bone];
-}
-
-// How far bones lead from a joint.
-double reach_of(const Figure& figure, std::size_t joint) {
-  std::vector<double> reach(figure.joint_count(), -1);
-  reach[joint] = 0;
-  for (std::size_t j = joint + 1; j < reach.size(); ++j) {
-    const SegmentKind kind = figure.segments.kind[j];
-    const double before = reach[figure.above(j)];
-    if (before >= 0 && (kind == SegmentKind::kBone || kind == SegmentKind::kZero))
-      reach[j] = before + figure.bone_length(j);
-  }
-  return *std::max_element(reach.begin(), reach.end());
-}
-
-// True if a joint's name means a whole head or hand.
-bool is_whole_part(const std::string& name, BodyPart part) {
-  const std::optional<Cap> cap = cap_of(name);
-  return cap && cap->part == part && cap->stands_out && !cap->is_tip;
-}
-
-// True if a joint below ends the figure with a cap of the same part.
-bool has_cap_below(const Figure& figure, std::size_t joint, BodyPart part) {
-  std::vector<bool> below(figure.joint_count(), false);
-  below[joint] = true;
-  for (std::size_t j = joint + 1; j < below.size(); ++j) {
-    below[j] = below[figure.above(j)];
-    if (below[j] && figure.is_end[j] && !figure.skeleton.is_end_site[j] && is_whole_part(figure.name(j), part))
-      return true;
-  }
-  return false;
 }
 
 // True if the figure needs a cap at a joint: where it ends, and where the bones that begin at a head or a wrist are too
@@ -216,9 +209,10 @@ bool needs_cap(const Figure& figure, std::size_t joint, const Cap& cap) {
   if (bone > 0 && figure.above(bone) == 0 && figure.part[bone] == BodyPart::kUnknown && figure.bones[0].size() > 2)
     return false;
   if (!figure.is_end[joint])
-    return cap.stands_out && begins_point && bone > 0 && !is_whole_part(figure.name(figure.above(bone)), cap.part) &&
-           reach_of(figure, joint) < kCoveredShare * cap.length_over_stature * figure.stature &&
-           !has_cap_below(figure, joint, cap.part);
+    return cap.stands_out && begins_point && bone > 0 &&
+           whole_part(figure.name(figure.above(bone))) != bit_of(cap.part) &&
+           figure.reach[joint] < kCoveredShare * cap.length_over_stature * figure.stature &&
+           (figure.parts_below[joint] & bit_of(cap.part)) == 0;
   // The first joint of an end bears its cap. A head or a hand may end where other bones begin.
   return begins_point || (cap.stands_out && !figure.is_end[figure.above(joint)]);
 }
@@ -274,7 +268,7 @@ class BodyList {
     if (bone > 0) {
       const double segment = cap_length(figure_, bone, *cap);
       if (!(segment > 0)) return;
-      body.direction = cap_direction(figure_, joint, bone, cap->part);
+      body.direction = cap_direction(figure_, joint, bone, cap->part, looks_);
       add_along(body, segment, 1);
     } else if (cap->part != BodyPart::kUnknown && figure_.segments.kind[joint] != SegmentKind::kZero && joint > 0) {
       // A foot or a hand that its own track moves. No bone tells its direction.
@@ -308,6 +302,7 @@ class BodyList {
 
   const Figure& figure_;
   double thickness_;
+  std::vector<Vec3> looks_;
 };
 
 // The joints with solid bodies that have none above them.

@@ -419,6 +419,30 @@ TEST_CASE("a rope of a thousand links is imported") {
   CHECK(clip.character.poses[7 * 1022 + 4] == doctest::Approx(10.22));
 }
 
+// As many as a file may have. Their link is made outside of the child process and its limits.
+TEST_CASE("a star of thousands of end sites is one link, and its box contains them") {
+  constexpr int kEnds = 8190;
+  std::string hierarchy = "ROOT a { OFFSET 0 0 0 CHANNELS 1 Zrotation\n";
+  for (int k = 0; k < kEnds; ++k) {
+    const double z = 1 - 2 * (k + .5) / kEnds, s = std::sqrt(1 - z * z), angle = k * 2.399963;
+    hierarchy += "End Site { OFFSET " + std::to_string(s * std::cos(angle)) + " " +
+                 std::to_string(s * std::sin(angle)) + " " + std::to_string(z) + " }\n";
+  }
+  const Clip clip = clip_of(bvh(hierarchy + "}\n", "Frames: 1\nFrame Time: 1\n0\n"));
+  REQUIRE(clip.character.leaves.size() == 1);
+  const BodyLeaf& leaf = clip.character.leaves[0];
+  CHECK(leaf.parts.size() == kEnds);
+  double least = 1;  // from the middle of a body to the sides of the box
+  for (const ShapePart& part : leaf.parts)
+    for (std::size_t k = 0; k < 3; ++k) {
+      double along = 0;
+      for (std::size_t c = 0; c < 3; ++c)
+        along += static_cast<double>(leaf.box.axis[k][c] * (part.shape.position[c] - leaf.box.center[c]));
+      least = std::min(least, static_cast<double>(leaf.box.half[k]) - std::fabs(along));
+    }
+  CHECK(least > 0);
+}
+
 TEST_CASE("more links than an articulation can have are refused") {
   std::string hierarchy = "ROOT a { OFFSET 0 0 0 CHANNELS 1 Zrotation\n", values = "0";
   for (int i = 0; i < 1024; ++i) {

@@ -1,7 +1,8 @@
-// Which segments of a skeleton are bodies, and what covers its ends.
+// Which segments of a skeleton are bodies, what covers its ends, and the box about the bodies of a link.
 #include "scenes/rig/skeleton_bodies.h"
 
 #include "scenes/rig/body_changes.h"
+#include "scenes/rig/leaf_box.h"
 #include "tests/scenes/rig/stick_figure.h"
 #include "tests/scenes/temporary_file.h"
 
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace cab::tests {
 namespace {
@@ -62,6 +64,31 @@ Skeleton hand_alone() {
     add_joint(s, "RightHand" + finger + "3", first + 1, {0, .025, 0});
   }
   return s;
+}
+
+// Balls in a row between the axes x and y, all but one of them turned along x.
+std::vector<ConvexPart> row_of_balls(std::size_t count, std::size_t along_row) {
+  std::vector<ConvexPart> parts(count);
+  for (std::size_t p = 0; p < count; ++p) {
+    parts[p].kind = ShapeKind::kSphere;
+    parts[p].size[0] = .01f;
+    parts[p].position[0] = parts[p].position[1] = static_cast<float>(p) / static_cast<float>(count);
+    parts[p].rotation[2] = p == along_row ? std::sqrt(.5f - std::sqrt(.125f)) : 0;
+    parts[p].rotation[3] = p == along_row ? std::sqrt(.5f + std::sqrt(.125f)) : 1;
+  }
+  return parts;
+}
+
+bool contains_balls(const Box& box, const std::vector<ConvexPart>& balls) {
+  return std::all_of(balls.begin(), balls.end(), [&](const ConvexPart& ball) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      double along = 0;
+      for (std::size_t c = 0; c < 3; ++c)
+        along += double{box.axis[k][c]} * (static_cast<double>(ball.position[c]) - static_cast<double>(box.center[c]));
+      if (std::fabs(along) + static_cast<double>(ball.size[0]) > static_cast<double>(box.half[k])) return false;
+    }
+    return true;
+  });
 }
 
 }  // namespace
@@ -176,6 +203,50 @@ TEST_CASE("a head whose bones lead to its eyes alone is a head, and eyes and tip
   CHECK(body_of(clip, s, "RightHand", BodyReason::kCap) != nullptr);
 }
 
+TEST_CASE("each of many heads has a cap, unless its bones reach far or a head ends below it") {
+  Skeleton s = stick_figure();
+  std::set<std::size_t> expected = {3};
+  const auto add = [&s](const std::string& name, std::size_t parent, double y, double x = 0) {
+    add_joint(s, name, static_cast<std::int32_t>(parent), {x, y, 0});
+    return s.joint_names.size() - 1;
+  };
+  for (int n = 0; n < 50; ++n) {
+    const double x = .001 * n;
+    // Three quarters of a head of this stature are .171 m.
+    const std::size_t short_bones = add("Head", 2, .07, x);
+    add("b", add("a", short_bones, .08), .08);
+    expected.insert(short_bones);
+    add("b", add("a", add("Head", 2, .07, x), .09), .09);
+    expected.insert(add("Head", add("a", add("Head", 2, .07, x), .03), .03));
+    const std::size_t first_of_two = add("Head", 2, .07, x);
+    add("LeftEye", add("Head", first_of_two, .03), .03);
+    expected.insert(first_of_two);
+  }
+  const Clip clip = make_clip(s, "heads", {});
+  CHECK(clip.bodies.stature.value == doctest::Approx(kStature).epsilon(1e-3));
+  std::set<std::size_t> caps;
+  for (const SkeletonBody& body : clip.bodies.bodies)
+    if (body.reason == BodyReason::kCap && body.part == BodyPart::kHead) caps.insert(body.joint);
+  CHECK(caps == expected);
+}
+
+TEST_CASE("feet point ahead in every frame of a figure that turns") {
+  Skeleton s = with_frames(stick_figure(), 2, [](std::uint32_t f, std::size_t, Vec3 place) {
+    return f == 0 ? place : Vec3{-place[0], place[1], -place[2]};
+  });
+  const std::size_t joints = s.joint_names.size();
+  for (std::size_t j = joints; j < 2 * joints; ++j) {
+    s.rotations[4 * j + 1] = 1;
+    s.rotations[4 * j + 3] = 0;
+  }
+  const Clip clip = make_clip(s, "turning", {});
+  for (const char* const foot : {"LeftFoot", "RightFoot"}) {
+    const SkeletonBody* const cap = body_of(clip, s, foot, BodyReason::kCap);
+    REQUIRE(cap != nullptr);
+    CHECK(length(cap->direction - Vec3{0, 0, 1}) < 1e-6);
+  }
+}
+
 TEST_CASE("a hand alone has fingers of human thickness, and fingertips") {
   const Skeleton s = hand_alone();
   const Clip clip = make_clip(s, "hand", {});
@@ -250,6 +321,23 @@ TEST_CASE("thickness is a factor of all radii and of no length of a bone") {
   for (std::size_t b = 0; b < thin.bodies.bodies.size(); ++b) {
     CHECK(thick.bodies.bodies[b].half[1] == doctest::Approx(2 * thin.bodies.bodies[b].half[1]));
     CHECK(thick.bodies.bodies[b].center == thin.bodies.bodies[b].center);
+  }
+}
+
+TEST_CASE("a leaf box contains all parts, and of many of them the orientations of 256 are tried") {
+  const auto volume = [](const Box& box) { return box.half[0] * box.half[1] * box.half[2]; };
+  struct Case {
+    std::size_t count, along_row;
+    bool is_tried;
+  };
+  for (const Case& entry : {Case{2, 1, true}, Case{256, 255, true}, Case{257, 256, false}, Case{1000, 500, true},
+                            Case{1000, 501, false}, Case{4096, 4080, true}, Case{4096, 4095, false}}) {
+    CAPTURE(entry.count);
+    CAPTURE(entry.along_row);
+    const std::vector<ConvexPart> balls = row_of_balls(entry.count, entry.along_row);
+    const Box box = leaf_box(balls);
+    CHECK(contains_balls(box, balls));
+    CHECK((volume(box) < .001f) == entry.is_tried);
   }
 }
 
