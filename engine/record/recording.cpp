@@ -100,6 +100,7 @@ struct Recording::Storage {
   void read_input(const format::Input& input, const Source& source, std::size_t place);
   void read_settings(const format::Settings& settings, RecordedFrame& frame);
   void check_hits(Span<const Hit> hits) const;
+  std::size_t chunk_of(std::uint32_t index) const;
   void read(std::uint32_t index, RecordedFrame& frame);
 };
 
@@ -347,15 +348,21 @@ void Recording::Storage::check_hits(Span<const Hit> hits) const {
   }
 }
 
-void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
-  if (index >= scan.frame_count)
-    refuse("there is no frame " + std::to_string(index) + " among " + std::to_string(scan.frame_count));
+// The chunk of a frame below the count, or the place of frames that are lost.
+std::size_t Recording::Storage::chunk_of(std::uint32_t index) const {
   // Chunks without frames begin where the next one does.
   const auto after = std::upper_bound(
       scan.chunks.begin(), scan.chunks.end(), index,
       [](std::uint32_t frame_index, const ChunkPlace& chunk) { return frame_index < chunk.header.first_frame; });
   auto c = static_cast<std::size_t>(after - scan.chunks.begin()) - 1;
   while (scan.chunks[c].header.frame_count == 0) --c;
+  return c;
+}
+
+void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {
+  if (index >= scan.frame_count)
+    refuse("there is no frame " + std::to_string(index) + " among " + std::to_string(scan.frame_count));
+  const std::size_t c = chunk_of(index);
   ChunkPlace& place = scan.chunks[c];
   try {
     if (!decoded || decoded->index != c) {
@@ -468,6 +475,12 @@ bool Recording::read_frame(std::uint32_t index, RecordedFrame* frame) noexcept {
     if (frame == nullptr) refuse("read_frame needs a place for the frame");
     to.read(index, *frame);
   });
+}
+
+std::uint32_t Recording::next_frame(std::uint32_t index) const noexcept {
+  if (index >= frame_count()) return frame_count();
+  const ChunkPlace& place = storage_->scan.chunks[storage_->chunk_of(index)];
+  return place.damage.empty() ? index + 1 : place.header.first_frame + place.header.frame_count;
 }
 
 }  // namespace cab::record

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kMostFrames = std::numeric_limits<std::uint32_t>::max();
 
-// The most frames that damage in one place is taken to cost. Whoever asks for every frame is told of each.
+// The most frames that damage is taken to cost between the chunks of a file, in all places together. Whoever asks for
+// every frame is told of each.
 constexpr std::uint32_t kMostLostFrames = 1u << 24;
 
 class Scanner {
@@ -98,7 +99,7 @@ class Scanner {
     if (header.frame_count > 0 || header.is_end) {
       const bool is_next = header.first_frame == scan_.frame_count;
       const bool may_follow = is_gap_ && header.first_frame > scan_.frame_count &&
-                              header.first_frame - scan_.frame_count <= kMostLostFrames;
+                              header.first_frame - scan_.frame_count <= kMostLostFrames - lost_count_;
       if (!is_next && !may_follow) {
         damaged(frames_in_words(header) + " is out of order: frame " + std::to_string(scan_.frame_count) + " is next");
         is_definition_lost_ = is_definition_lost_ || header.has_definitions;
@@ -136,6 +137,7 @@ class Scanner {
     scan_.problems.push_back("chunks " + frames_in_words(lost.header) + " before byte " + std::to_string(at_) +
                              " are lost");
     scan_.frame_count += count;
+    lost_count_ += count;
     scan_.chunks.push_back(std::move(lost));
   }
 
@@ -143,6 +145,7 @@ class Scanner {
   Scan scan_;
   std::uint64_t at_ = 0;
   std::uint32_t number_ = 0;         // of the chunk at hand, damaged ones included
+  std::uint32_t lost_count_ = 0;     // frames that no chunk has
   bool is_gap_ = false;              // frames may be missing before the next chunk that has any
   bool has_end_ = false;             // the last chunk is a mark of the end, though perhaps of another recording
   bool is_definition_lost_ = false;  // what later definitions are counted from is unknown

@@ -75,9 +75,12 @@ ReplayResult replay(record::Recording& recording, const ReplayOptions& options, 
   result.isa = engine_isa(*player.engine());
   ProgressBar bar(to_string(result.isa), recording.frame_count());
   record::RecordedFrame frame;
-  for (std::uint32_t f = 0; f < recording.frame_count(); ++f, bar.advance(1)) {
-    if (!recording.read_frame(f, &frame)) {
-      if (result.unread_frames++ == 0) tell("warning", recording.error());
+  for (std::uint32_t f = 0, next = 0; f < recording.frame_count(); bar.advance(next - f), f = next) {
+    const bool is_read = recording.read_frame(f, &frame);
+    next = recording.next_frame(f);
+    if (!is_read) {
+      if (result.unread_frames == 0) tell("warning", recording.error());
+      result.unread_frames += next - f;
       continue;
     }
     Policies policies = frame.job.policies;

@@ -113,12 +113,12 @@ std::string without_path(const std::string& message, const std::string& path) {
 class UnreadFrames {
  public:
   explicit UnreadFrames(std::vector<std::string>& problems) : problems_(problems) {}
-  void add(std::uint32_t frame, const std::string& why) {
+  void add(std::uint32_t frame, std::uint32_t count, const std::string& why) {
     if (count_ == 0) {
       first_ = frame;
       why_ = why;
     }
-    ++count_;
+    count_ += count;
   }
   void end_run() {
     if (count_ == 1) problems_.push_back("frame " + std::to_string(first_) + " is left out: " + why_);
@@ -164,9 +164,11 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
   SurfaceTouches surfaces(recording);
   IntervalFinder finder(index, found);
   UnreadFrames unread(file.problems);
-  for (std::uint32_t f = 0; f < file.frames; ++f) {
+  for (std::uint32_t f = 0, next = 0; f < file.frames; f = next) {
     record::RecordedFrame frame;
-    if (recording.read_frame(f, &frame)) {
+    const bool is_read = recording.read_frame(f, &frame);
+    next = recording.next_frame(f);
+    if (is_read) {
       unread.end_run();
       ++file.frames_read;
       file.has_depths = file.has_depths || frame.contacts.size > 0;
@@ -174,9 +176,9 @@ ReportFile read_report_file(const std::string& path, std::uint32_t index,
       file.has_triangles = file.has_triangles || !touches.empty();
       finder.add_frame({f, frame.time}, hits_of(recording, frame, file.names, touches, metres));
     } else {
-      unread.add(f, without_path(recording.error(), path));
+      unread.add(f, next - f, without_path(recording.error(), path));
     }
-    advance((f + 1.0) / file.frames);
+    advance(static_cast<double>(next) / file.frames);
   }
   unread.end_run();
   if (!surfaces.error().empty())

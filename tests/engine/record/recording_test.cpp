@@ -5,6 +5,7 @@
 #include <set>
 
 #include "engine/record/chunk.h"
+#include "tests/engine/record/lost_frames.h"
 
 namespace cab::tests {
 namespace {
@@ -44,6 +45,21 @@ struct SmallRecording {
     REQUIRE(bytes.size() == ends.back() + record::kChunkHeaderBytes);  // the mark of the end
   }
 };
+
+// The frames that are read of a recording, and those at which a run begins that cannot be.
+struct ReadFrames {
+  std::vector<std::uint32_t> read, unread;
+};
+
+ReadFrames read_all(record::Recording& recording) {
+  ReadFrames frames;
+  for (std::uint32_t f = 0; f < recording.frame_count(); f = recording.next_frame(f)) {
+    record::RecordedFrame frame;
+    (recording.read_frame(f, &frame) ? frames.read : frames.unread).push_back(f);
+    REQUIRE(frames.unread.size() < 1000);
+  }
+  return frames;
+}
 
 TEST_CASE("a recording that is cut off keeps what is whole, and says what is missing") {
   for (const bool compressed : {false, true}) {
@@ -200,6 +216,49 @@ TEST_CASE("by the mark of the end the frames are named that damage took before i
   CHECK_FALSE(recording.is_closed());
 }
 
+TEST_CASE("all damage of a file together costs no more frames than can be, and they are passed at once") {
+  const SmallRecording whole(721, false);
+  std::vector<std::uint8_t> bytes = whole.bytes;
+  const std::string gaps = claimed_gaps(9);
+  CHECK(gaps.size() < 22000);
+  bytes.insert(bytes.end(), gaps.begin(), gaps.end());
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "hostile.cab"));
+  // The first gap is as long as one may be, and the chunk behind it is there. All others are left out.
+  const std::uint32_t last = 9 + kClaimedByGap;
+  CHECK(recording.frame_count() == last + 1);
+  std::size_t left_out = 0;
+  for (const char* const problem : recording.problems())
+    if (std::string(problem).find("out of order: frame 16777226 is next") != std::string::npos) ++left_out;
+  CHECK(left_out == 254);
+  const ReadFrames frames = read_all(recording);
+  CHECK(frames.read.size() == 9);
+  CHECK(frames.unread == std::vector<std::uint32_t>{9, last});
+  CHECK(recording.next_frame(last) == last + 1);
+  CHECK(recording.next_frame(last + 1) == last + 1);
+}
+
+TEST_CASE("the frames that a chunk claims and does not have are passed at once") {
+  const SmallRecording whole(722, false);
+  std::vector<std::uint8_t> bytes = whole.bytes;
+  record::ChunkHeader header;
+  header.codec = record::Codec::kZstd;
+  header.stored_bytes = 24;
+  header.plain_bytes = 12 << 16;
+  header.frame_count = 1 << 16;
+  for (int chunk = 0; chunk < 3; ++chunk) {
+    header.first_frame = 9 + (static_cast<std::uint32_t>(chunk) << 16);
+    const std::string zeros = chunk_of_zeros(header);
+    bytes.insert(bytes.end(), zeros.begin(), zeros.end());
+  }
+  record::Recording recording;
+  must(recording, recording.open_bytes(bytes, "hostile.cab"));
+  CHECK(recording.frame_count() == 9 + (3 << 16));
+  const ReadFrames frames = read_all(recording);
+  CHECK(frames.read.size() == 9);
+  CHECK(frames.unread == std::vector<std::uint32_t>{9, 9 + (1 << 16), 9 + (2 << 16)});
+}
+
 TEST_CASE("a mark of the end that is no longer last does not close a recording") {
   const SmallRecording whole(719, false);
   std::vector<std::uint8_t> bytes = whole.bytes;
@@ -258,6 +317,7 @@ TEST_CASE("a recording that was not opened has nothing") {
   CHECK(recording.batch_count() == 0);
   CHECK(recording.frame_count() == 0);
   CHECK(recording.whole_bytes() == 0);
+  CHECK(recording.next_frame(0) == 0);
   CHECK(recording.problems().empty());
   CHECK(!recording.is_closed());
 }

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/engine/record/lost_frames.h"
 #include "tests/perf/cli/made_motion.h"
 #include "tests/perf/cli/spawn.h"
 
@@ -165,6 +166,17 @@ TEST_CASE("of a recording that is cut off the whole part replays, and the exit c
   outcome = run_command("replay", {cut});
   CHECK(outcome.exit_code == 1);
   CHECK(outcome.error.find("it has no whole chunk") != std::string::npos);
+}
+
+TEST_CASE("millions of frames that a small file claims are counted as unread, and the rest replays") {
+  const Dance dance;
+  dance.run({});
+  write_text(dance.recording, read_text(dance.recording) + claimed_gaps(80));
+  const Json json = dance.replay({}, 1);
+  CHECK(json["frame_count"] == 16777297);
+  CHECK(json["results"][0]["frames"] == 80);
+  CHECK(json["results"][0]["unread_frames"] == 16777217);
+  CHECK(json["results"][0]["different_frames"] == 0);
 }
 
 TEST_CASE("a recording that was not closed is said to be so by every command that reads it") {

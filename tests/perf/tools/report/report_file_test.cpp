@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/engine/record/lost_frames.h"
 #include "tests/perf/cli/spawn.h"
 
 namespace cab::tests {
@@ -294,6 +295,22 @@ TEST_CASE("numbers that no run computes are unknown, not a depth or a length") {
   CHECK(std::isnan(intervals[0].worst_depth));
   CHECK(std::isnan(intervals[1].worst_depth));
   CHECK(intervals[2].worst_depth == 0.5f);
+}
+
+TEST_CASE("millions of frames that a small file claims are left out in one line, and in few steps") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "hostile.cab";
+  MadeRecording recording(path);
+  for (int f = 0; f < 3; ++f) recording.add({{0, 0.5f}});
+  recording.close();
+  write_text(path, read_text(path) + claimed_gaps(3));
+  std::size_t steps = 0;
+  const perf::ReportFile file = perf::read_report_file(
+      path, 0, [](const perf::Interval&) {}, [&](double) { ++steps; });
+  CHECK(file.frames == 16777220);
+  CHECK(file.frames_read == 3);
+  CHECK(steps == 5);  // a frame each, the gap, and the chunk behind it
+  CHECK(contains(file.problems, "frames 3 to 16777219 are left out: "));
 }
 
 TEST_CASE("what is no recording is one problem") {
