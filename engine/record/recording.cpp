@@ -350,13 +350,11 @@ void Recording::Storage::check_hits(Span<const Hit> hits) const {
 
 // The chunk of a frame below the count, or the place of frames that are lost.
 std::size_t Recording::Storage::chunk_of(std::uint32_t index) const {
-  // Chunks without frames begin where the next one does.
+  // Chunks without frames begin where the next one does, so the last chunk that begins at or before a frame has it.
   const auto after = std::upper_bound(
       scan.chunks.begin(), scan.chunks.end(), index,
       [](std::uint32_t frame_index, const ChunkPlace& chunk) { return frame_index < chunk.header.first_frame; });
-  auto c = static_cast<std::size_t>(after - scan.chunks.begin()) - 1;
-  while (scan.chunks[c].header.frame_count == 0) --c;
-  return c;
+  return static_cast<std::size_t>(after - scan.chunks.begin()) - 1;
 }
 
 void Recording::Storage::read(std::uint32_t index, RecordedFrame& frame) {

@@ -116,6 +116,7 @@ class Scanner {
       scan_.is_closed = true;
       return;
     }
+    chunk.header.first_frame = scan_.frame_count;  // another number is possible where there are no frames
     if (payload_crc(header) != header.payload_crc)
       chunk.damage = "its checksum differs";
     else if (header.has_definitions && is_definition_lost_)

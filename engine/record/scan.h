@@ -18,7 +18,7 @@ struct ChunkPlace {
 };
 
 struct Scan {
-  std::vector<ChunkPlace> chunks;
+  std::vector<ChunkPlace> chunks;     // by their first frames; one without frames begins where the next one does
   std::uint32_t frame_count = 0;      // up to the last chunk that has any
   std::vector<std::string> problems;  // one line each
   std::uint64_t whole = 0;            // up to the end of the last whole chunk

@@ -35,8 +35,8 @@ std::vector<std::uint8_t> with_checksums(const std::uint8_t* data, std::size_t s
     record::ChunkHeader header = record::encode(payload, how % 2 == 1);
     header.has_definitions = how > 0;
     header.is_end = how == 0;
-    header.first_frame = frames;
     header.frame_count = how / 2 % 4;
+    header.first_frame = header.frame_count > 0 || header.is_end ? frames : how;  // or any number, without frames
     frames += header.frame_count;
     const auto bytes = record::to_bytes(header);
     append(file, bytes.data(), bytes.size());

@@ -192,6 +192,31 @@ TEST_CASE("a chunk whose frames are out of order is left out") {
   CHECK_FALSE(recording.is_closed());
 }
 
+TEST_CASE("a chunk without frames may have any number, and every frame is found") {
+  const SmallRecording whole(723, false);
+  for (const std::uint32_t number : {0u, 5u, 100u, 0xffffffffu})
+    for (const std::size_t chunks : {1, 2, 3, 8}) {
+      CAPTURE(number);
+      CAPTURE(chunks);
+      record::ChunkHeader header;
+      header.first_frame = number;
+      const auto empty = record::to_bytes(header);
+      std::vector<std::uint8_t> bytes = whole.bytes;
+      for (std::size_t k = 0; k < chunks; ++k)
+        bytes.insert(bytes.begin() + static_cast<std::ptrdiff_t>(whole.ends[0]), empty.begin(), empty.end());
+      record::Recording recording;
+      must(recording, recording.open_bytes(bytes, "numbered.cab"));
+      CHECK(recording.problems().empty());
+      CHECK(recording.frame_count() == 9);
+      for (std::uint32_t f = 0; f < 9; ++f) {
+        record::RecordedFrame frame;
+        must(recording, recording.read_frame(f, &frame));
+        CHECK(record::hash_hits(frame.hits, frame.contacts) == whole.hashes[f]);
+        CHECK(recording.next_frame(f) == f + 1);
+      }
+    }
+}
+
 TEST_CASE("by the mark of the end the frames are named that damage took before it, and no more than can be") {
   const SmallRecording whole(718, false);
   std::vector<std::uint8_t> bytes = whole.bytes;
