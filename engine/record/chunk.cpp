@@ -19,6 +19,9 @@ constexpr std::size_t kCrcAt = 44;
 // An offset, a table and its vtable.
 constexpr std::uint64_t kLeastFrameBytes = 12;
 
+// A block of zstd has at least 4 bytes, and decodes to at most 128 KiB (RFC 8878, 3.1.1.2).
+constexpr std::uint64_t kMostDecodedPerByte = std::uint64_t{1} << 15;
+
 template <class Number>
 void put(std::uint8_t* at, Number number) {
   for (std::size_t k = 0; k < sizeof number; ++k)
@@ -116,7 +119,8 @@ bool read_header(const std::uint8_t* bytes, ChunkHeader& header) {
   if (header.is_end && (header.has_definitions || header.plain_bytes > 0 || header.codec != Codec::kStored))
     return false;
   return header.codec == Codec::kStored ? header.stored_bytes == header.plain_bytes
-                                        : header.plain_bytes <= kMostDecodedBytes;
+                                        : header.plain_bytes <= kMostDecodedBytes &&
+                                              header.plain_bytes <= header.stored_bytes * kMostDecodedPerByte;
 }
 
 ChunkHeader encode(std::vector<std::uint8_t>& payload, [[maybe_unused]] bool compress) {

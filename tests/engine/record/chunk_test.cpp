@@ -99,8 +99,21 @@ TEST_CASE("sizes that no chunk has are refused") {
   CHECK(is_read(Codec::kStored, 100, 100));
   CHECK_FALSE(is_read(Codec::kStored, 100, 101));
   CHECK_FALSE(is_read(Codec::kStored, ~std::uint64_t{0}, ~std::uint64_t{0}));
-  CHECK(is_read(Codec::kZstd, 100, kMostDecodedBytes));
-  CHECK_FALSE(is_read(Codec::kZstd, 100, kMostDecodedBytes + 1));
+  CHECK(is_read(Codec::kZstd, 10000, kMostDecodedBytes));
+  CHECK_FALSE(is_read(Codec::kZstd, 10000, kMostDecodedBytes + 1));
+  CHECK(is_read(Codec::kZstd, 100, 100 << 15));
+  CHECK_FALSE(is_read(Codec::kZstd, 100, (100 << 15) + 1));
+}
+
+TEST_CASE("the header of what packs best is read") {
+  for (const std::size_t size : {std::size_t{1} << 17, std::size_t{1} << 20, std::size_t{1} << 24}) {
+    std::vector<std::uint8_t> payload(size);
+    const ChunkHeader header = encode(payload, true);
+    if (header.codec == Codec::kZstd) CHECK(payload.size() < size / 1000);
+    const auto bytes = to_bytes(header);
+    ChunkHeader read;
+    CHECK(read_header(bytes.data(), read));
+  }
 }
 
 TEST_CASE("a payload decodes to what was encoded") {
