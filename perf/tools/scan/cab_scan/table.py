@@ -385,7 +385,7 @@ def _check_format(base: sqlite3.Connection, path: str) -> None:
     for name, text in _WANTED.items():
         if made.get(name) != text:
             raise TableError(f"{path}: {name} is not as cab scan makes it")
-    # This reads the whole table, as the hash at the end does. It finds values that are not of their columns' types, too.
+    # This reads the whole table, as the hash at the end does. It finds values that are not of their columns' types too.
     (damage,) = base.execute("PRAGMA integrity_check(1)").fetchone()
     if damage != "ok":
         raise TableError(f"{path}: it is damaged: {damage.splitlines()[-1]}")
