@@ -11,7 +11,9 @@ from typing import (
 import numpy as np
 
 from . import _cab
-from ._arrays import ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array
+from ._arrays import (
+    ArrayLike, BoolArray, Float32Array, Float64Array, StructuredArray, UInt32Array, small_array, unmasked,
+)
 from ._body import Body
 from ._errors import UnsupportedError
 from ._options import MotionBody
@@ -120,6 +122,7 @@ StatesLike = Union[ArrayLike, Mapping[str, ArrayLike]]
 
 def state_array(variables: Sequence[Variable], states: StatesLike) -> Float64Array:
     """(n, variables) float64: states as they are, one state, or numbers by names of variables, where others rest."""
+    unmasked(states, "states")
     if isinstance(states, np.ndarray) and states.dtype == np.float64 and states.ndim == 2 and states.flags.c_contiguous:
         return states
     count = len(variables)
@@ -135,10 +138,11 @@ def state_array(variables: Sequence[Variable], states: StatesLike) -> Float64Arr
     unknown = [name for name in states if name not in names]
     if unknown:
         raise ValueError(f"states: the robot has no variable {unknown[0]!r}; it has {', '.join(names)}")
-    columns = [
-        small_array(np.atleast_1d(np.asarray(states.get(name, rest))), "f8", f"states[{name!r}]", (None,), "(n,)")
-        for name, _, _, rest in variables
-    ]
+    columns = []
+    for name, _, _, rest in variables:
+        what = f"states[{name!r}]"
+        column = np.atleast_1d(np.asarray(unmasked(states.get(name, rest), what)))
+        columns.append(small_array(column, "f8", what, (None,), "(n,)"))
     longest = max((len(column) for column in columns if len(column) != 1), default=1)  # 0 where a name has no states
     array = np.empty((longest, count))
     for k, (name, column) in enumerate(zip(names, columns)):

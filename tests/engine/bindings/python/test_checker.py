@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pickle
+import re
 import subprocess
 import threading
 
@@ -429,6 +430,15 @@ def test_states_are_given_as_arrays_one_alone_or_by_names(arm):
     ]:
         with pytest.raises(ValueError, match=words):
             arm.states(bad)
+
+
+def test_states_with_a_mask_are_refused_however_they_are_given(arm):
+    masked = np.ma.masked_array([0.0, 2.9], mask=[False, True])
+    two = np.ma.vstack([masked, masked])
+    for name, bad in [("states['elbow']", {"elbow": masked}), ("states", masked), ("states", two)]:
+        for call in (arm.states, arm.collides):
+            with pytest.raises(TypeError, match=f"^{re.escape(name)}: a masked array"):
+                call(bad)
 
 
 def test_no_states_have_no_answers_however_they_are_given(arm):
