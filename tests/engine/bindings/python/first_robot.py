@@ -6,8 +6,8 @@ import cab
 import numpy as np
 
 robot = cab.Robot(sys.argv[1], srdf=sys.argv[2])
-columns = np.genfromtxt(sys.argv[3], delimiter=",", names=True)
-states = robot.states({joint: columns[joint] for joint in columns.dtype.names})
+table = np.char.strip(np.loadtxt(sys.argv[3], str, delimiter=",", encoding="utf-8", ndmin=2))
+states = robot.states(dict(zip(table[0], table[1:].astype(float).T)))
 print(robot.collides(states))
 print(robot.table(robot.hits(states, depths=True)))
 print(f"{100 * robot.collides(robot.random_states(100_000)).mean():.1f} % of random states collide")

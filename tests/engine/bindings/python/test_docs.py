@@ -68,6 +68,28 @@ def test_the_arm_collides_as_the_document_says():
     assert run("arm_states.py", HERE / "arm.urdf") == printed_in_docs("arm_states.py", ROBOTS)
 
 
+def test_the_first_robot_reads_states_as_the_command_does(tmp_path):
+    need_files()
+    srdf = tmp_path / "arm.srdf"
+    pairs = [("base", "upper"), ("upper", "lower")]
+    lines = [f'<disable_collisions link1="{a}" link2="{b}" reason="Adjacent"/>' for a, b in pairs]
+    srdf.write_text(f'<robot name="arm">{"".join(lines)}</robot>')
+    simple, named = tmp_path / "simple.csv", tmp_path / "named.csv"
+    simple.write_text("shoulder,elbow\n0,0\n1,2.9\n-1.5,-2.95\n2,3\n")
+    expected = run("first_robot.py", HERE / "arm.urdf", srdf, simple)
+    assert expected.startswith("[False False  True  True]")
+    urdf = (HERE / "arm.urdf").read_text()
+    for shoulder, elbow in [("joint_0.0", "left elbow"), ("file", "\u6b65-\u00e9")]:
+        robot = tmp_path / "named.urdf"
+        robot.write_text(urdf.replace('"shoulder"', f'"{shoulder}"').replace('"elbow"', f'"{elbow}"'), "utf-8")
+        lines = ["# a grasp, by hand", f"{elbow} , {shoulder}", "", "0,0", "2.9, 1", "# more", "-2.95,-1.5", "3,2"]
+        named.write_text("\n".join(lines), "utf-8")
+        assert run("first_robot.py", robot, srdf, named) == expected
+    for text, answers in [("elbow\n", "[]\n"), ("elbow\n3\n", "[False]\n")]:
+        simple.write_text(text)
+        assert run("first_robot.py", HERE / "arm.urdf", srdf, simple).startswith(answers)
+
+
 def test_the_matrix_of_the_arm_is_an_srdf_file_as_the_document_says(tmp_path):
     need_files()
     assert run("arm_srdf.py", HERE / "arm.urdf", tmp_path / "arm.srdf") == printed_in_docs("arm_srdf.py", ROBOTS)
