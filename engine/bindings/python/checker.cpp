@@ -100,21 +100,31 @@ class Checker {
     require_robot(padded);
   }
 
-  void add_fixed(const BodyData& body, const py::object& poses) {
+  // names: of its links.
+  void add_fixed(const BodyData& body, const py::object& poses, const py::tuple& names) {
     const auto links = static_cast<py::ssize_t>(body.desc().link_parents.size);
     const Span<const float> given = span_of<const float>(poses, {"poses", {links, 7}, "(links, 7)"});
     auto copy = std::make_unique<std::vector<float>>(given.begin(), given.end());
     std::uint32_t bad_leaf = 0;
-    const Status status = run([&] { return checker_.add_fixed(body.desc(), *copy, &bad_leaf); });
+    const Status status = run([&] {
+      const Status added = checker_.add_fixed(body.desc(), *copy, &bad_leaf);
+      if (added == Status::kOk) {
+        poses_.push_back(std::move(copy));
+        note_fixed(names, false);
+      }
+      return added;
+    });
     require(status, refused(status, bad_leaf));
-    poses_.push_back(std::move(copy));
-    is_points_.push_back(false);
   }
 
-  void add_points(const py::object& points, float radius) {
+  // name: of all of them.
+  void add_points(const py::object& points, float radius, const py::str& name) {
     const Span<const float> given = span_of<const float>(points, {"points", {-1, 3}, "(n, 3)"});
-    require(run([&] { return checker_.add_points(given, radius); }));
-    is_points_.push_back(true);
+    require(run([&] {
+      const Status added = checker_.add_points(given, radius);
+      if (added == Status::kOk) note_fixed(name, true);
+      return added;
+    }));
   }
 
   py::array collides(const py::object& states) {
@@ -200,6 +210,10 @@ class Checker {
     return std::move(out);
   }
 
+  // By number of what is fixed: the names of links, or the one name of points. Changed under mutex_ and the
+  // interpreter's lock, so that either is enough to read it.
+  py::list fixed_names() const { return fixed_names_; }
+
   std::string isa() { return to_string(engine_isa(checker_.world().engine())); }
   std::uint32_t thread_count() { return engine_thread_count(checker_.world().engine()); }
 
@@ -210,6 +224,13 @@ class Checker {
     const py::gil_scoped_release release;
     const std::lock_guard lock(mutex_);
     return call();
+  }
+
+  // For `run`: notes what was added, before any call can meet it.
+  void note_fixed(const py::object& names, bool is_points) {
+    is_points_.push_back(is_points);
+    const py::gil_scoped_acquire acquire;
+    fixed_names_.append(names);
   }
 
   Span<const double> values_of(const py::object& states) const {
@@ -235,6 +256,7 @@ class Checker {
   std::size_t variables_;
   std::vector<std::unique_ptr<std::vector<float>>> poses_;  // of the fixed bodies
   std::vector<bool> is_points_;                             // by number of what is fixed
+  py::list fixed_names_;                                    // the same
   AttachedObject attached_;                                 // if there are objects: the robot with them
   CollisionChecker checker_;
   std::mutex mutex_;  // never waited for with the interpreter's lock
@@ -256,6 +278,7 @@ void bind_checker(py::module_& module) {
       .def("hits", &Checker::hits)
       .def("distances", &Checker::distances)
       .def("edges", &Checker::edges)
+      .def_property_readonly("fixed_names", &Checker::fixed_names)
       .def_property_readonly("isa", &Checker::isa)
       .def_property_readonly("thread_count", &Checker::thread_count);
 }

@@ -123,7 +123,7 @@ class CollisionChecker:
     padding is for robots without.
     """
 
-    __slots__ = ("_added", "_checker", "_fixed", "_links", "_lock", "_near", "_near_arguments", "_variables")
+    __slots__ = ("_added", "_checker", "_links", "_lock", "_near", "_near_arguments", "_variables")
 
     def __init__(
         self,
@@ -156,7 +156,6 @@ class CollisionChecker:
         self._lock = threading.Lock()  # of what is added
         self._variables = robot.variables
         self._links = (*body.names, *(row[0] for row in held))
-        self._fixed: List[Union[str, Tuple[str, ...]]] = []  # names of links; of points one name for all
 
     def add_fixed(self, body: Body, poses: Optional[ArrayLike] = None) -> None:
         """Adds a body that stands still in the robot's frame, such as a table.
@@ -166,7 +165,8 @@ class CollisionChecker:
         links = len(body.names)
         if poses is None:
             poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float32), (links, 1))
-        self._add(body.names, "add_fixed", body._data, small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)"))
+        array = small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)")
+        self._add("add_fixed", body._data, array.copy(), body.names)
 
     def add_points(self, points: ArrayLike, radius: float, *, name: str = "points") -> None:
         """Adds points that stand still in the robot's frame, such as those of a depth camera, each as a ball.
@@ -177,21 +177,16 @@ class CollisionChecker:
 
         0.2 microseconds per point; then calls take 7 ns per point, and a state 3 to 90 microseconds: thin a cloud out.
         """
-        self._add(name, "add_points", small_array(points, "f4", "points", (None, 3), "(n, 3)").copy(), radius)
+        array = small_array(points, "f4", "points", (None, 3), "(n, 3)")
+        self._add("add_points", array.copy(), radius, name)
 
-    def _add(self, names: Union[str, Tuple[str, ...]], *call: Any) -> None:
-        # Names come first, since other threads may have hits with what is added before this returns.
+    def _add(self, name: str, *arguments: Any) -> None:
         with self._lock:
-            self._fixed.append(names)
-            try:
-                getattr(self._checker, call[0])(*call[1:])
-            except BaseException:
-                self._fixed.pop()
-                raise
+            getattr(self._checker, name)(*arguments)
             if self._near is None:
-                self._added.append(call)
+                self._added.append((name, *arguments))
             elif self._near is not self._checker:
-                getattr(self._near, call[0])(*call[1:])
+                getattr(self._near, name)(*arguments)
 
     def _for_distances(self) -> _cab.Checker:
         with self._lock:
@@ -260,7 +255,7 @@ class CollisionChecker:
 
         def other(row: np.void) -> str:
             fixed, link = int(row["fixed"]), int(row["link_b"])
-            names = self._links if fixed < 0 else self._fixed[fixed]
+            names = self._links if fixed < 0 else self._checker.fixed_names[fixed]
             return f"{names} {link}" if isinstance(names, str) else names[link]
 
         return [(self._links[int(row["link_a"])], other(row)) for row in rows]
@@ -273,7 +268,7 @@ class CollisionChecker:
         )
 
     def __repr__(self) -> str:
-        return f"cab.CollisionChecker({len(self._links)} links, {len(self._fixed)} fixed)"
+        return f"cab.CollisionChecker({len(self._links)} links, {len(self._checker.fixed_names)} fixed)"
 
     def edges(
         self, starts: StatesLike, ends: StatesLike, *, resolution: float = 1e-3, first: bool = False

@@ -6,12 +6,14 @@ import pathlib
 import pickle
 import re
 import subprocess
+import sys
 import threading
 
 import numpy as np
 import pytest
 
 import cab
+from conftest import rounds
 
 ARM = """<robot name="arm">
   <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
@@ -505,6 +507,62 @@ def test_threads_share_a_checker(arm):
     for thread in threads:
         thread.join()
     assert answers == [expected] * 8
+
+
+def often_switched(calls):
+    """Runs calls in a thread each, which the interpreter switches between as often as it can. Raises what they do."""
+    failed = []
+
+    def run(call):
+        try:
+            call()
+        except Exception as error:
+            failed.append(error)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        threads = [threading.Thread(target=run, args=(call,)) for call in calls]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(before)
+    if failed:
+        raise failed[0]
+
+
+def test_hits_beside_a_thread_that_adds_points_name_what_is_touched(arm):
+    states = np.zeros((64, 2))
+    points = [[50, 0, 0]] * 7 + [[0, 0, 1.5]]  # the last one is in the upper arm
+    for _ in range(rounds(15)):
+        checker = cab.CollisionChecker(arm)
+        wrong, done = set(), []
+
+        def add():
+            try:
+                for _ in range(40):
+                    checker.add_points(points, 0.05, name="cloud")
+            finally:
+                done.append(True)
+
+        def look():
+            while not done:
+                wrong.update(set(checker.names(checker.hits(states))) - {("upper", "cloud 7")})
+
+        often_switched([add, look, look, look])
+        assert not wrong
+
+
+def test_threads_that_add_at_once_keep_the_names_of_each(arm):
+    for _ in range(rounds(200)):
+        checker = cab.CollisionChecker(arm)
+        often_switched([
+            lambda: checker.add_points([[50, 0, 0]], 0.05, name="cloud"),
+            lambda: checker.add_fixed(table(), [[0, 0, 0, 1, 0, 0, 4.3]]),
+        ])
+        assert checker.names(checker.hits([0, 0])) == [("hand", "link 0")]
 
 
 def test_all_pairs_of_the_panda_robot():
