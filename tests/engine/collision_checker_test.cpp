@@ -469,9 +469,16 @@ TEST_CASE("points that are none are refused, and answers stay as they were") {
   REQUIRE(checker.set_robot(plain.desc, plain.body.desc()) == Status::kOk);
   CHECK(checker.add_points({points, 5}, 0.1f) == Status::kBadStaticBody);
   CHECK(checker.add_points({nullptr, 3}, 0.1f) == Status::kBadStaticBody);
-  CHECK(checker.add_points(points, 0) == Status::kBadShape);
-  const float nan[] = {0, std::numeric_limits<float>::quiet_NaN(), 0};
-  CHECK(checker.add_points(nan, 0.1f) == Status::kBadStaticBody);
+  for (const float bad : {0.0f, -1.0f, 6e17f, HUGE_VALF, std::nanf("")})
+    CHECK(checker.add_points(points, bad) == Status::kBadShape);
+  float bad_points[] = {0, 0, 0, 1, 1, 1, 2, 2, 2};
+  for (const float bad : {HUGE_VALF, std::nanf("")}) {
+    std::uint32_t bad_point = 0;
+    bad_points[7] = bad;
+    CHECK(checker.add_points(bad_points, 0.1f, &bad_point) == Status::kBadStaticBody);
+    CHECK(bad_point == 2);
+  }
+  CHECK(checker.add_points({points, 3 * (std::size_t{kMaxInstances} + 1)}, 0.1f) == Status::kTooManyInstances);
   CHECK(checker.add_points({points, 0}, 0.1f) == Status::kNoInstances);
   const double state = 0;
   StateAnswer answer = StateAnswer::kNotTested;

@@ -254,8 +254,10 @@ TEST_CASE("check_motions refuses what does not fit, and robots without bounds") 
   CHECK(checker.check_motions({}, state, {&answer, 1}, search) == Status::kBadOutput);
   CHECK(checker.check_motions(state, {}, {&answer, 1}, search) == Status::kBadOutput);
   CHECK(checker.check_motions(state, state, {nullptr, 1}, search) == Status::kBadOutput);
-  search.resolution = 0;
-  CHECK(checker.check_motions(state, state, {&answer, 1}, search) == Status::kBadOutput);
+  for (const double bad : {0.0, -1.0, 1.1e18, HUGE_VAL, std::nan("")}) {
+    search.resolution = bad;
+    CHECK(checker.check_motions(state, state, {&answer, 1}, search) == Status::kBadResolution);
+  }
   search.resolution = 1;
   std::vector<double> moments(2);
   search.first_moments = moments;

@@ -48,6 +48,12 @@ EngineDesc desc_of(const std::string& isa, std::uint32_t thread_count) {
   throw py::value_error("states[" + std::to_string(state) + "]: a number is not finite, or moves a link beyond 1e18");
 }
 
+// Raises the exception of a status for a length that the caller has given.
+[[noreturn]] void raise_length(Status status, const char* name, double given, const char* wanted) {
+  const auto number = py::repr(py::float_(given)).cast<std::string>();
+  raise_message(status, std::string(name) + ": " + number + " is not a length " + wanted + " metres");
+}
+
 // Words for a call that triangles have no answer for; empty for any other status.
 std::string refused_surface(Status status, const char* why) {
   return status == Status::kSkinNotTaken ? std::string(why) + "; take a robot of hulls" : std::string();
@@ -118,13 +124,19 @@ class Checker {
   }
 
   // name: of all of them.
-  void add_points(const py::object& points, float radius, const py::str& name) {
+  void add_points(const py::object& points, double radius, const py::str& name) {
     const Span<const float> given = span_of<const float>(points, {"points", {-1, 3}, "(n, 3)"});
-    require(run([&] {
-      const Status added = checker_.add_points(given, radius);
+    if (given.empty()) raise_message(Status::kNoInstances, "points: there are none");
+    std::uint32_t bad_point = 0;
+    const Status status = run([&] {
+      const Status added = checker_.add_points(given, static_cast<float>(radius), &bad_point);
       if (added == Status::kOk) note_fixed(name, true);
       return added;
-    }));
+    });
+    if (status == Status::kBadShape) raise_length(status, "radius", radius, "above 0, up to 5e17");
+    if (status == Status::kBadStaticBody)
+      raise_message(status, "points[" + std::to_string(bad_point) + "]: a number is not finite");
+    require(status);
   }
 
   py::array collides(const py::object& states) {
@@ -172,7 +184,7 @@ class Checker {
   }
 
   // Returns the nearest links, and their gradients, or an empty array if they are not asked for.
-  py::tuple distances(const py::object& states, float most, bool gradients) {
+  py::tuple distances(const py::object& states, double most, bool gradients) {
     const Span<const double> values = values_of(states);
     const auto count = states.cast<py::array>().shape(0), variables = static_cast<py::ssize_t>(variables_);
     py::array_t<NearestLinks> out(count);
@@ -180,8 +192,10 @@ class Checker {
     NearestLinks* const nearest = out.mutable_data();
     const Span<double> slope_span = {slopes.mutable_data(), static_cast<std::size_t>(slopes.size())};
     const Status status = run([&] {
-      return checker_.find_nearest(values, {nearest, static_cast<std::size_t>(count)}, most, slope_span);
+      return checker_.find_nearest(values, {nearest, static_cast<std::size_t>(count)}, static_cast<float>(most),
+                                   slope_span);
     });
+    if (status == Status::kBadMargin) raise_length(status, "most", most, "from 0 to 1e18");
     require(status, refused_surface(status, kNoDepth));
     for (py::ssize_t i = 0; i < count; ++i)
       if (std::isnan(nearest[i].distance)) raise_not_tested(static_cast<std::size_t>(i));
@@ -197,7 +211,9 @@ class Checker {
     MotionSearch search;
     search.resolution = resolution;
     search.first_moments = moments;
-    require(run([&] { return checker_.check_motions(starts, ends, answers, search); }));
+    const Status status = run([&] { return checker_.check_motions(starts, ends, answers, search); });
+    if (status == Status::kBadResolution) raise_length(status, "resolution", resolution, "above 0, up to 1e18");
+    require(status);
     py::array_t<Edge> out(static_cast<py::ssize_t>(count));
     Edge* const edges = out.mutable_data();
     for (std::size_t i = 0; i < count; ++i) {

@@ -38,8 +38,8 @@ enum class MotionAnswer : std::uint8_t {
 
 // How check_motions goes about it.
 struct MotionSearch {
-  // A length in the robot's unit, above 0. Part of a motion in which no link moves farther against another is not
-  // divided further.
+  // A length in the robot's unit, above 0 and at most 1e18. Part of a motion in which no link moves farther against
+  // another is not divided further.
   double resolution = 1e-3;
 
   // One number per motion: of kColliding and kTooClose the first moment, 0 to 1, at which links touch or, to the
@@ -107,11 +107,12 @@ class CollisionChecker {
 
   // Adds points that stand still in the robot's frame, such as those of a depth camera, after the robot, each as a
   // ball. points: x y z for each; not read after the call. A hit with one has fixed_of() of these points, and the
-  // number of the point as instance_b. The fewer points, the faster are frames.
+  // number of the point as instance_b. The fewer points, the faster are frames. If a point is not finite, *bad_point
+  // (may be null) says which.
   // Cost: 0.2 microseconds per point; then a frame 7 ns per point, and a state 3 to 90 microseconds, by their number.
   // Statuses: kUnknownBatch (there is no robot), kBadStaticBody (points is not three finite numbers for each),
-  // kBadShape (the radius is not above 0), those of add_static_batch and add_batch.
-  [[nodiscard]] Status add_points(Span<const float> points, float radius) noexcept;
+  // kBadShape (the radius is not above 0, or above 5e17), those of add_static_batch and add_batch.
+  [[nodiscard]] Status add_points(Span<const float> points, float radius, std::uint32_t* bad_point = nullptr) noexcept;
 
   // Answers for each state whether it collides. states: kinematics.variable_count numbers for each answer. A state is
   // done at its first touching pair.
@@ -133,9 +134,8 @@ class CollisionChecker {
   // Cost: 18 states for a motion in the open. Where links slide along each other all the way, some four times the
   // length that they move divided by the resolution.
   // Memory: 6 bytes per pair of links, and 80 kB at first use.
-  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit, or the resolution is not above 0),
-  // kBadShape (the robot has a half space), kSkinNotTaken (triangles of a leaf are moved by other links), those of
-  // run_frame.
+  // Statuses: kUnknownBatch (there is no robot), kBadOutput (sizes do not fit), kBadResolution, kBadShape (the robot
+  // has a half space), kSkinNotTaken (triangles of a leaf are moved by other links), those of run_frame.
   [[nodiscard]] Status check_motions(Span<const double> from, Span<const double> to, Span<MotionAnswer> answers,
                                      MotionSearch& search) noexcept;
 
@@ -356,11 +356,14 @@ inline Status CollisionChecker::add_fixed(const ArticulationDesc& desc, Span<con
   return Status::kOk;
 }
 
-inline Status CollisionChecker::add_points(Span<const float> points, float radius) noexcept {
+inline Status CollisionChecker::add_points(Span<const float> points, float radius, std::uint32_t* bad_point) noexcept {
   if (world_.status() != Status::kOk) return world_.status();
   if (!robot_.value) return Status::kUnknownBatch;
   const std::size_t count = points.size / 3;
-  if (points.size % 3 != 0 || !points.data || count > kMaxInstances) return Status::kBadStaticBody;
+  if (points.size % 3 != 0 || !points.data) return Status::kBadStaticBody;
+  if (count > kMaxInstances) return Status::kTooManyInstances;
+  // A box reaches at most 1e18.
+  if (!(radius > 0 && radius <= kMaxCoordinate / 2)) return Status::kBadShape;
   const std::unique_ptr<StaticBody[]> bodies(new (std::nothrow) StaticBody[count + 1]);
   if (!bodies) return Status::kOutOfMemory;
   ConvexPart ball;
@@ -373,7 +376,6 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
     }
     bodies[i].parts = {&ball, 1};
   }
-  if (!(radius > 0)) return Status::kBadShape;
   Status status = Status::kOk;
   if (!robot_among_points_.batch.value) {
     BatchInfo batch;
@@ -388,7 +390,7 @@ inline Status CollisionChecker::add_points(Span<const float> points, float radiu
     among_points_ = static_cast<std::int32_t>(&input - world_.inputs().data);
   }
   BatchId cloud;
-  status = world_.add_static_batch({{bodies.get(), count}, {}, {}}, &cloud);
+  status = world_.add_static_batch({{bodies.get(), count}, {}, {}}, &cloud, bad_point);
   if (status != Status::kOk) return status;
   status = world_.add_rule({robot_among_points_.batch, cloud});
   if (status != Status::kOk) (void)world_.remove_batch(cloud);
@@ -711,9 +713,10 @@ inline Status CollisionChecker::check_motions(Span<const double> from, Span<cons
   if (has_bound_ != Status::kOk) return has_bound_;
   const std::size_t variables = kinematics_.variable_count, numbers = answers.size * variables;
   if (from.size != numbers || to.size != numbers || (numbers && !(from.data && to.data)) ||
-      (answers.size && !answers.data) || !(search.resolution > 0) ||
+      (answers.size && !answers.data) ||
       (!search.first_moments.empty() && (search.first_moments.size != answers.size || !search.first_moments.data)))
     return Status::kBadOutput;
+  if (!(search.resolution > 0 && search.resolution <= double{kMaxCoordinate})) return Status::kBadResolution;
   if (!intervals_) intervals_.reset(new (std::nothrow) Interval[kMostIntervals]);
   if (!motion_states_) motion_states_.reset(new (std::nothrow) double[kMotionStates * (variables + 1)]);
   if (!intervals_ || !motion_states_) return Status::kOutOfMemory;

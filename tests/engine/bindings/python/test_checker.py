@@ -320,8 +320,9 @@ def test_edges_are_free_where_no_state_collides(arm):
         checker.edges(starts, ends[:5])
     with pytest.raises(ValueError, match=r"starts\[0\]"):
         checker.edges([[np.inf, 0]], [[0, 0]])
-    with pytest.raises(ValueError):
-        checker.edges(starts, ends, resolution=0)
+    for resolution in (0, -1, np.nan, np.inf, 1.1e18):
+        with pytest.raises(cab.InputError, match=f"^resolution: {re.escape(str(float(resolution)))} is not a length"):
+            checker.edges(starts, ends, resolution=resolution)
 
 
 def test_what_is_allowed_is_what_the_command_finds(arm, tmp_path):
@@ -637,8 +638,9 @@ def test_distances_refuse_what_they_cannot_take(arm):
         arm.distances([[0, 0], [float("nan"), 0]])
     with pytest.raises(ValueError, match=r"states: .*\(n, 2\)"):
         arm.clearance([[0, 0, 0]])
-    for most in (-1, float("inf"), float("nan")):
-        with pytest.raises((ValueError, cab.Error), match="margin"):
+    for most in (-1.0, 1.1e18, np.inf, np.nan):
+        words = f"most: {most} is not a length from 0 to 1e18 metres"
+        with pytest.raises(cab.InputError, match=f"^{re.escape(words)}$"):
             arm.clearance([[0, 0]], most)
     assert arm.distances(np.empty((0, 2))).shape == (0,)
     rows, slopes = arm.distances(np.empty((0, 2)), gradients=True)
@@ -676,11 +678,16 @@ def test_points_are_balls_of_their_radius(arm):
     ways = checker.edges(states[:-1], states[1:])
     assert np.array_equal(ways["free"], other.edges(states[:-1], states[1:])["free"])
 
-    for bad in ([[0, 0, float("nan")]], np.empty((0, 3))):
-        with pytest.raises((ValueError, cab.Error)):
-            checker.add_points(bad, 0.1)
-    with pytest.raises((ValueError, cab.Error)):
-        checker.add_points(points, 0)
+    points[17, 1] = np.nan
+    with pytest.raises(cab.InputError, match=r"^points\[17\]: a number is not finite$"):
+        checker.add_points(points, 0.1)
+    for none in ([], np.empty((0, 3))):
+        with pytest.raises(cab.InputError, match="^points: there are none$"):
+            checker.add_points(none, 0.1)
+    for radius in (0.0, -1.0, 1e18, np.inf, np.nan):
+        words = f"radius: {radius} is not a length above 0, up to 5e17 metres"
+        with pytest.raises(cab.InputError, match=f"^{re.escape(words)}$"):
+            checker.add_points(points[:9], radius)
     with pytest.raises(ValueError, match=r"points: .*\(n, 3\)"):
         checker.add_points([[0, 0]], 0.1)
     assert np.array_equal(checker.hits(states, depths=True), hits)
