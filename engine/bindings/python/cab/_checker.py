@@ -258,10 +258,17 @@ class CollisionChecker:
             names = self._links if fixed < 0 else self._checker.fixed_names[fixed]
             return f"{names} {link}" if isinstance(names, str) else names[link]
 
-        return [(self._links[int(row["link_a"])], other(row)) for row in rows]
+        pairs = []
+        for k, row in enumerate(rows):
+            try:
+                pairs.append((self._links[int(row["link_a"])], other(row)))
+            except IndexError:
+                words = f"link_a {row['link_a']}, fixed {row['fixed']}, link_b {row['link_b']}"
+                raise ValueError(f"rows[{k}]: {words} are of another checker, whose `table` takes them") from None
+        return pairs
 
     def table(self, rows: StructuredArray) -> Table:
-        """Rows of `hits` or `distances` with the names of links, as people read them, instead of numbers."""
+        """Rows of `hits` or `distances` of this checker with the names of links, as people read them."""
         pairs = np.array(self.names(rows), dtype=np.str_).reshape(-1, 2)
         return table_of(
             rows, {"link_a": lambda: pairs[:, 0], "link_b": lambda: pairs[:, 1]}, left_out=("fixed",)

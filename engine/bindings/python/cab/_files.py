@@ -228,7 +228,10 @@ class Robot:
         return state_array(self._variables, states)
 
     def table(self, rows: StructuredArray) -> Table:
-        """Rows of `hits`, `distances` or `allowed_collisions` with the names of links, as people read them."""
+        """Rows of `hits`, `distances` or `allowed_collisions` of this robot with the names of links.
+
+        `CollisionChecker.table` takes those of a checker with surroundings or attached objects.
+        """
         if "reason" not in (rows.dtype.names or ()):
             return self._own_checker().table(rows)
         links = LinkNames([self._body.names])

@@ -114,6 +114,20 @@ def test_a_table_of_a_robot_has_names_of_links_and_of_what_stands_around(robot):
     assert len(checker.table(hits[:0])) == 0
 
 
+def test_rows_of_another_checker_are_refused(robot):
+    ball = cab.Body.from_boxes([-1], [[0.3, 0.3, 0.3]])
+    holding = cab.CollisionChecker(robot, attached=[cab.Attached("hand", ball, [0, 0, 0, 1, -1, 0, 0], name="ball")])
+    around = cab.CollisionChecker(robot)
+    around.add_points([[9, 9, 9]], 0.1)
+    around.add_fixed(cab.Body.from_boxes([-1, 0], [[0.1, 9, 9]] * 2), np.array([[0, 0, 0, 1, 3, 0, 0]] * 2))
+    fewer = cab.CollisionChecker(robot)
+    fewer.add_fixed(ball)
+    fewer.add_fixed(ball)
+    for rows, others in [(holding.hits([1.2, 0]), [robot, around]), (around.hits([3, 0]), [robot, holding, fewer])]:
+        for other in others:
+            with pytest.raises(ValueError, match=r"^rows\[\d\]: .* another checker, whose `table` takes them$"):
+                other.table(rows)
+
 def test_objects_say_what_they_are(robot):
     body, poses = people()
     world = cab.World()
