@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <sstream>
 
 namespace cab::python {
 namespace {
@@ -63,27 +64,53 @@ py::array typed(const py::object& value, const py::dtype& dtype, const char* nam
   return array;
 }
 
-// The translation of a matrix by rows stands in its last column. A matrix by columns that is taken for one by rows has
-// it in the last row.
-void refuse_columns(const py::array& array, const char* name, const char* first, py::ssize_t links) {
-  for (py::ssize_t l = 0; l < links; ++l) {
-    const auto at = [&](py::ssize_t r, py::ssize_t c) {
-      return *reinterpret_cast<const float*>(first + l * array.strides(1) + r * array.strides(2) +
-                                             c * array.strides(3));
-    };
-    bool moved = false;
-    for (py::ssize_t k = 0; k < 3; ++k) {
-      const float last_row = at(3, k);
-      const float last_column = at(k, 3);
-      if (!std::isfinite(last_row) || last_column != 0) return;
-      moved = moved || last_row != 0;
-    }
-    if (moved)
-      throw py::value_error(std::string(name) + ": the matrix of link " + std::to_string(l) +
-                            " has its translation in the last row; say order=\"column\" if matrices are indexed "
-                            "by column, then row, or hand over " +
-                            name + ".swapaxes(-1, -2)");
-  }
+// What a number of the last row may be off 0 0 0 1. Inverse bind matrices of exporters are off by 1e-6.
+constexpr float kLastRowTolerance = 1e-5f;
+
+// How far a matrix may be from a rotation with a factor and still count as one. The engine masks what is 1e-3 off.
+constexpr float kTurnTolerance = 1e-2f;
+
+// The 16 floats of a matrix where they lie. `down` is how far apart rows are: 4 by rows, 1 by columns.
+struct Matrix {
+  const float* floats;
+  int down;
+
+  float at(int row, int column) const { return floats[row * down + column * (5 - down)]; }
+};
+
+bool is_moved(const Matrix& m, float tolerance) {
+  return std::abs(m.at(0, 3)) > tolerance || std::abs(m.at(1, 3)) > tolerance || std::abs(m.at(2, 3)) > tolerance;
+}
+
+// Whether the last row is 0 0 0 1, or not a number. In the wrong order it is the translation, and the last column is
+// 0 0 0: then no rounding is let pass.
+bool has_last_row(const Matrix& m) {
+  const float tolerance = is_moved(m, 0) ? kLastRowTolerance : 0;
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(m.at(3, k)) > tolerance) return false;
+  return !(std::abs(m.at(3, 3) - 1) > kLastRowTolerance);
+}
+
+// Whether the part for directions is a rotation with a factor, mirrored or not. By rows and by columns it is the same.
+bool turns(const Matrix& m) {
+  const auto dot = [&m](int a, int b) {
+    return m.at(a, 0) * m.at(b, 0) + m.at(a, 1) * m.at(b, 1) + m.at(a, 2) * m.at(b, 2);
+  };
+  const float size = dot(0, 0), most = kTurnTolerance * size;
+  return size > 0 && std::abs(dot(1, 1) - size) <= most && std::abs(dot(2, 2) - size) <= most &&
+         std::abs(dot(0, 1)) <= most && std::abs(dot(0, 2)) <= most && std::abs(dot(1, 2)) <= most;
+}
+
+[[noreturn]] void raise_last_row(const Matrix& m, const std::string& name, const std::string& which, bool column) {
+  std::ostringstream words;
+  words << name << ": the last " << (column ? "column" : "row") << " of the matrix of " << which
+        << " must be 0 0 0 1, and it is " << m.at(3, 0) << " " << m.at(3, 1) << " " << m.at(3, 2) << " " << m.at(3, 3);
+  if (column)
+    words << "; order=\"column\" says that matrices are indexed by column, then row: leave it out if they are not";
+  else
+    words << "; say order=\"column\" if matrices are indexed by column, then row, or hand over " << name
+          << ".swapaxes(-1, -2)";
+  throw py::value_error(words.str());
 }
 
 }  // namespace
@@ -165,11 +192,28 @@ PoseArray poses_of(const py::object& value, const char* name, bool column, bool 
   poses.view.link_stride = stride_of(1, pose_bytes, "links");
   poses.view.instance_stride = stride_of(0, (poses.links - 1) * poses.view.link_stride + pose_bytes, "instances");
 
-  if (matrices && !column && poses.instances > 0) {
-    const char* const first = static_cast<const char*>(array.data());
-    refuse_columns(array, name, first, array.shape(1));
-  }
+  poses.has_last_row = matrices;
+  poses.column = column;
   return poses;
+}
+
+void refuse_other_order(const PoseArray& poses, const char* name, Span<const std::uint32_t> instances) {
+  if (!poses.has_last_row) return;
+  const std::size_t count = instances.empty() ? poses.instances : instances.size;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = instances.empty() ? k : instances[k];
+    if (i >= poses.instances) return;
+    const char* const first = reinterpret_cast<const char*>(poses.view.data) + i * poses.view.instance_stride;
+    for (std::size_t l = 0; l < poses.links; ++l) {
+      const Matrix m = {reinterpret_cast<const float*>(first + l * poses.view.link_stride),
+                        poses.view.format == PoseFormat::kMatrix3x4Rows ? 4 : 1};
+      if (has_last_row(m)) {
+        if (is_moved(m, kLastRowTolerance)) return;
+      } else if (turns(m)) {
+        raise_last_row(m, name, "pose " + std::to_string(i) + ", link " + std::to_string(l), poses.column);
+      }
+    }
+  }
 }
 
 py::array empty_array(const py::dtype& dtype, std::size_t count) {

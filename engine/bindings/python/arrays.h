@@ -38,12 +38,19 @@ struct PoseArray {
   PoseView view;
   std::size_t instances = 0;
   std::size_t links = 0;
+  bool has_last_row = false;  // whether they are 4x4
+  bool column = false;        // whether a matrix is indexed by column, then row
 };
 
 // Poses of shape (instances, links, 7), (instances, links, 3, 4) or (instances, links, 4, 4), float32. `column` says
 // that a matrix is indexed by column, then row. Any strides are taken that the engine can walk: numbers of a pose as
 // they stand in memory by rows or by columns, instances and links any positive multiple of 4 bytes apart.
 PoseArray poses_of(const py::object& value, const char* name, bool column, bool has_scale);
+
+// Raises ValueError if 4x4 matrices are in the other order, which a last row tells that is not 0 0 0 1. Looks at those
+// of `instances`, or at all if there are none, until one has a translation. A matrix that the engine masks tells
+// nothing.
+void refuse_other_order(const PoseArray& poses, const char* name, Span<const std::uint32_t> instances = {});
 
 // A new array of `count` values whose bytes are not set.
 py::array empty_array(const py::dtype& dtype, std::size_t count);

@@ -52,6 +52,7 @@ std::unique_ptr<BodyData> from_boxes(const py::object& parents, const py::object
   desc.ignored_hops = ignored_hops;
   if (!rest_pose.is_none()) {
     const PoseArray pose = poses_of(rest_pose, "rest_pose", column, false);
+    refuse_other_order(pose, "rest_pose");
     if (pose.instances != 1 || pose.links != desc.link_parents.size)
       throw py::value_error("rest_pose: one pose of " + std::to_string(link_count) + " links is wanted, and " +
                             std::to_string(pose.instances) + " of " + std::to_string(pose.links) + " are given");
@@ -75,6 +76,7 @@ std::unique_ptr<BodyData> from_skeleton(const py::object& parents, const std::ve
   for (const std::string& name : names) name_data.push_back(name.c_str());
   skeleton.names = name_data;
   const PoseArray pose_array = poses_of(poses, "poses", column, false);
+  refuse_other_order(pose_array, "poses");
   if (pose_array.links != skeleton.parents.size)
     throw py::value_error("poses: " + std::to_string(skeleton.parents.size) + " joints are wanted, and " +
                           std::to_string(pose_array.links) + " are given");

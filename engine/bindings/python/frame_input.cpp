@@ -48,8 +48,9 @@ FrameInput::FrameInput(const BatchRecord& batch, const py::object& poses, bool c
   Arguments rest(arguments);
   input_.batch = batch.id;
   count_ = batch.instance_count;
+  PoseArray array;
   if (!batch.is_static) {
-    const PoseArray array = poses_of(poses, "poses", column, has_scale);
+    array = poses_of(poses, "poses", column, has_scale);
     if (array.links != batch.link_count)
       throw py::value_error("poses: the body has " + std::to_string(batch.link_count) + " links, and poses of " +
                             std::to_string(array.links) + " are given");
@@ -85,6 +86,7 @@ FrameInput::FrameInput(const BatchRecord& batch, const py::object& poses, bool c
     if (input_.instances.empty()) input_.count = 0;  // an empty list means all to the engine
     held_.push_back(instances);
   }
+  if (input_.count != 0) refuse_other_order(array, "poses", input_.instances);
   // Zeros, since flags of instances that are not listed are not written.
   const py::object zeros = py::module_::import("numpy").attr("zeros");
   if (!batch.is_static) {

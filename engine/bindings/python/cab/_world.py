@@ -139,6 +139,7 @@ class Batch:
                       (n, links, 3, 4)  matrix by rows, translation in the last column
                       (n, links, 4, 4)  the same with a last row, which must be 0 0 0 1
                       With `order="column"` only (n, links, 4, 4), indexed by column, then row, as in glTF and ozz.
+                      Matrices in the other order are a ValueError, if any of them has a translation.
                       n is at most `room`. Axes of characters and links may have any stride that is a positive multiple
                       of 4 bytes; the numbers of one pose lie side by side, by rows or by columns.
         origins       float64 (n, 3): where the characters stand in the world. Default: 0.

@@ -130,6 +130,72 @@ def test_matrices_by_columns_are_not_taken_for_rows_in_silence(rng):
     world.run(columns, order="column")
 
 
+def path_of(places):
+    """A frame per place along x, of one link that never turns: matrices by rows."""
+    rows = np.tile(np.eye(4, dtype=np.float32), (len(places), 1, 1, 1))
+    rows[:, 0, 0, 3] = places
+    return rows
+
+
+def test_a_path_that_begins_at_the_identity_is_not_taken_for_the_other_order():
+    body = cab.Body.from_boxes([-1], [[0.1] * 3])
+    world = cab.World()
+    crowd = world.add(body, 4)
+    rows = path_of([0, 0, 5, 9])
+    columns = np.ascontiguousarray(np.swapaxes(rows, -1, -2))
+    for given in (columns, np.swapaxes(rows, -1, -2)):
+        for call in (world.run, crowd.posed, lambda poses: cab.Clip(body, poses)):
+            with pytest.raises(ValueError, match='poses: the last row .* pose 2, link 0 .* 5 0 0 1; say order='):
+                call(given)
+        assert len(world.run(given, order="column").hits) == 1
+    for given in (rows, np.swapaxes(columns, -1, -2)):
+        with pytest.raises(ValueError, match='poses: the last column .* pose 2, link 0 .* 5 0 0 1; order="column"'):
+            crowd.posed(given, order="column")
+        assert len(world.run(given).hits) == 1
+
+
+def test_a_last_row_must_be_0_0_0_1_but_for_rounding():
+    world = cab.World()
+    crowd = world.add(cab.Body.from_boxes([-1], [[0.1] * 3]), 2)
+    rows = path_of([0, 5])
+    for last in ([0, 0, 0, 2], [0, 0, 0, 0], [1, 0, 0, 1], [0, 1e-3, 0, 1], [0, 0, 0, 1.001]):
+        rows[:, :, 3] = last
+        with pytest.raises(ValueError, match="the last row of the matrix of pose 0, link 0 must be 0 0 0 1"):
+            crowd.posed(rows)
+        with pytest.raises(ValueError, match="the last column of the matrix of pose 0, link 0 must be 0 0 0 1"):
+            crowd.posed(np.swapaxes(rows, -1, -2), order="column")
+    rows[:, :, 3] = [-0.0, 0, -0.0, 1 - 1e-6]
+    rows[1, :, 3] = [1e-6, 0, -1e-6, 1 + 1e-6]
+    crowd.posed(rows)
+    crowd.posed(np.swapaxes(rows, -1, -2), order="column")
+
+
+def test_a_bad_matrix_masks_its_own_character_whatever_its_last_row(rng):
+    world = cab.World()
+    crowd = world.add(make_chain(2), 20)
+    rows = matrices_of(random_poses(rng, 20, 2, 1)).astype(np.float32)
+    expected = world.run(rows, instances=np.arange(3, 20)).hits
+    assert len(expected) > 5
+    rows[0], rows[1], rows[2] = 0, np.nan, rng.uniform(-1, 1, (2, 4, 4))
+    for given, order in [(rows, "row"), (np.ascontiguousarray(np.swapaxes(rows, -1, -2)), "column")]:
+        posed = crowd.posed(given, order=order)
+        with pytest.warns(cab.MaskedWarning):
+            frame = world.run(posed)
+        assert np.flatnonzero(posed.flags).tolist() == [0, 1, 2]
+        assert pairs_of(frame.hits) == pairs_of(expected)
+
+
+def test_the_order_is_told_by_characters_that_are_there():
+    world = cab.World()
+    crowd = world.add(cab.Body.from_boxes([-1], [[0.1] * 3]), 3)
+    rows = path_of([0, 0, 5])
+    rows[1, 0, 3, 0] = 7  # as an array has that nobody has filled
+    crowd.posed(rows, instances=[0, 2])
+    crowd.posed(rows, instances=[])
+    with pytest.raises(ValueError, match="pose 1, link 0"):
+        crowd.posed(rows, instances=[0, 1])
+
+
 def test_overflow_of_hits_grows_and_retries(chain):
     world = cab.World()
     world.add(chain, 40)
