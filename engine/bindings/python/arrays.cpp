@@ -216,6 +216,19 @@ void refuse_other_order(const PoseArray& poses, const char* name, Span<const std
   }
 }
 
+void require_last_rows(const py::array_t<float, py::array::c_style>& matrices, const char* name, bool column) {
+  const bool bones = matrices.ndim() == 3;
+  for (py::ssize_t k = 0; k < matrices.size() / 16; ++k) {
+    const Matrix m = {matrices.data() + 16 * k, column ? 1 : 4};
+    if (has_last_row(m)) continue;
+    const py::ssize_t joints = bones ? 1 : matrices.shape(1);
+    raise_last_row(m, name,
+                   bones ? "bone " + std::to_string(k)
+                         : "pose " + std::to_string(k / joints) + ", joint " + std::to_string(k % joints),
+                   column);
+  }
+}
+
 py::array empty_array(const py::dtype& dtype, std::size_t count) {
   return py::array(dtype, static_cast<py::ssize_t>(count));
 }

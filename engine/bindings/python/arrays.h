@@ -52,6 +52,10 @@ PoseArray poses_of(const py::object& value, const char* name, bool column, bool 
 // nothing.
 void refuse_other_order(const PoseArray& poses, const char* name, Span<const std::uint32_t> instances = {});
 
+// Raises ValueError unless each matrix of a skin, (bones, 4, 4) or (poses, joints, 4, 4), has a last row of 0 0 0 1. Of
+// one that is not a number it says nothing.
+void require_last_rows(const py::array_t<float, py::array::c_style>& matrices, const char* name, bool column);
+
 // A new array of `count` values whose bytes are not set.
 py::array empty_array(const py::dtype& dtype, std::size_t count);
 

@@ -429,6 +429,7 @@ void bind_body_data(py::module_& module) {
   module.def("from_skin", &from_skin);
   module.def("from_surface", &from_surface);
   module.def("fit_box", &fitted_box);
+  module.def("require_last_rows", &require_last_rows);
 }
 
 }  // namespace cab::python

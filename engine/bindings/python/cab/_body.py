@@ -209,7 +209,7 @@ class Body:
         kinds         of "hull", "box", "capsule", "sphere" and "ellipsoid": each box takes the one of least volume.
         inflate       whether bodies grow until every triangle of every pose is inside.
         least_reach   joints of a smaller reach have no link; kept_joints: the joints that have one.
-        order         of all matrices, as in `World.run`.
+        order         of all matrices, as in `World.run`. Their last row must be 0 0 0 1.
 
         A skin that makes no body is a ValueError.
         """
@@ -445,9 +445,11 @@ _SKIN_KINDS = {"hull": 1, "box": 2, "capsule": 4, "sphere": 8, "ellipsoid": 16}
 
 
 def by_columns(matrices: Any, name: str, shape: Sequence[Optional[int]], words: str, order: Order) -> Float32Array:
-    """Matrices as a packed array that is indexed by column, then row."""
+    """Matrices as a packed array that is indexed by column, then row. ValueError for those in the other order."""
     array: Float32Array = small_array(matrices, "f4", name, shape, words)
-    return array if is_column(order) else np.ascontiguousarray(np.swapaxes(array, -1, -2))
+    column = is_column(order)
+    _cab.require_last_rows(array, name, column)
+    return array if column else np.ascontiguousarray(np.swapaxes(array, -1, -2))
 
 
 def is_column(order: Order) -> bool:

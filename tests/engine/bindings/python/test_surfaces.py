@@ -105,6 +105,42 @@ def test_the_triangles_of_two_characters_touch_where_brute_force_says(rng):
     assert named == truth and len(named) == len(listed)
 
 
+@pytest.mark.parametrize("make", [cab.Body.from_skin, cab.Body.from_surface])
+def test_matrices_of_a_skin_in_the_other_order_are_refused(make):
+    skin = tube_skin()
+    other = {name: np.ascontiguousarray(np.swapaxes(skin[name], -1, -2)) for name in ("poses", "inverse_bind")}
+    body = make(**skin)
+    assert np.array_equal(make(**{**skin, **other}, order="column").boxes, body.boxes)
+    for given, name, which in [
+        (other, "inverse_bind", "bone 1"),
+        ({"inverse_bind": other["inverse_bind"]}, "inverse_bind", "bone 1"),
+        ({"poses": other["poses"]}, "poses", "pose 0, joint 1"),
+    ]:
+        with pytest.raises(ValueError, match=f'{name}: the last row of the matrix of {which} .*; say order="column"'):
+            make(**{**skin, **given})
+    with pytest.raises(ValueError, match='inverse_bind: the last column .* bone 1 .*; order="column" says'):
+        make(**skin, order="column")
+    frames = np.stack([np.eye(4, dtype=np.float32)[None].repeat(2, 0), skin["poses"]])
+    assert np.array_equal(body.link_poses(np.swapaxes(frames, -1, -2), order="column"), body.link_poses(frames))
+    with pytest.raises(ValueError, match='matrices: the last row .* pose 1, joint 1 .* 1 0 0 1; say order'):
+        body.link_poses(np.swapaxes(frames, -1, -2))
+    with pytest.raises(ValueError, match='matrices: the last column .* pose 1, joint 1 .* 1 0 0 1; order'):
+        body.link_poses(frames, order="column")
+
+
+def test_the_last_rows_of_a_skin_may_be_off_by_rounding():
+    skin = tube_skin()
+    body = cab.Body.from_skin(**skin)
+    inverse_bind = skin["inverse_bind"].copy()
+    inverse_bind[0, 3] = [-0.0, 0, -0.0, 1 - 1e-6]
+    inverse_bind[1, 3] = [1e-6, -0.0, -1e-6, 1 + 1e-6]
+    assert np.array_equal(cab.Body.from_skin(**{**skin, "inverse_bind": inverse_bind}).boxes, body.boxes)
+    for last in ([0, 0, 0, 2], [0, 0, 0, 0], [1e-3, 0, 0, 1]):
+        inverse_bind[1, 3] = last
+        with pytest.raises(ValueError, match="inverse_bind: the last row of the matrix of bone 1 must be 0 0 0 1"):
+            cab.Body.from_skin(**{**skin, "inverse_bind": inverse_bind})
+
+
 def octahedron(size):
     """The arguments of `Body.from_surface` for a closed skin of one joint."""
     vertices = np.array([[s, 0, 0] for s in (1, -1)] + [[0, s, 0] for s in (1, -1)] + [[0, 0, s] for s in (1, -1)])
