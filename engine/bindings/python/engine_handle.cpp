@@ -7,7 +7,10 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <string>
 #include <thread>
+#include <unordered_map>
 #include <utility>
 
 namespace cab::python {
@@ -150,6 +153,23 @@ std::string text_of(const Write& write) {
   write(Span<char>(text.data(), text.size()));
   text.pop_back();
   return text;
+}
+
+// Raises ValueError if a batch has the same arrays before and now, so that nothing can have moved.
+void require_two_moments(Span<const BatchInput> last, Span<const BatchInput> now) {
+  std::unordered_map<std::uint64_t, const BatchInput*> before;
+  for (const BatchInput& a : last) before[a.batch.value] = &a;
+  for (const BatchInput& b : now) {
+    const auto found = before.find(b.batch.value);
+    if (found == before.end() || b.poses.data == nullptr || b.count == 0) continue;
+    const BatchInput& a = *found->second;
+    if (a.poses.data == b.poses.data && a.poses.instance_stride == b.poses.instance_stride &&
+        a.poses.link_stride == b.poses.link_stride && a.origins.data == b.origins.data &&
+        a.orientations.data == b.orientations.data && a.scales.data == b.scales.data)
+      throw py::value_error("last and now: of the batch in slot " + std::to_string(b.batch.value & 0xFFFFFFFFu) +
+                            " both have the same arrays, so that nothing can have moved; before an array is written " +
+                            "into, keep a copy for last");
+  }
 }
 
 // What is wrong with a job that run_frame has refused.
@@ -459,6 +479,7 @@ py::array EngineHandle::sweep_margins(const FrameInput& last, const FrameInput& 
   py::array margins = py::module_::import("numpy").attr("zeros")(input.count(), py::dtype::of<float>());
   const Span<float> values = {static_cast<float*>(margins.mutable_data()), input.count()};
   const CallInputs before(last), now(input);
+  require_two_moments(before.all(), now.all());
   const Status status = reading([&] { return cab::sweep_margins(*held, before.only(), now.only(), values); });
   require(status);
   return margins;
@@ -469,6 +490,7 @@ py::array EngineHandle::find_touching_moments(const std::vector<FrameInput*>& la
                                               const py::object& pairs) {
   const std::shared_ptr<Engine> held = engine();
   const CallInputs before(last), now(inputs);
+  require_two_moments(before.all(), now.all());
   const auto pair_list = copy_of<Hit>(checked(pairs, hit_dtype(), {"pairs", {-1}, "(n,)"}));
   py::array moments = empty_array(py::dtype::of<float>(), pair_list.size());
   const auto values = values_of<float>(moments);

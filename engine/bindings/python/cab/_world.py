@@ -629,7 +629,11 @@ class World:
         return self._engine.compute_boxes(posed._input, policies_of(policies, None)._names())
 
     def sweep_margins(self, last: Posed, now: Posed) -> Float32Array:
-        """Margins (n,) for `Batch.posed`, so that a frame finds all that may have touched since `last`."""
+        """Margins (n,) for `Batch.posed`, so that a frame finds all that may have touched since `last`.
+
+        What moves needs an array of its own in each: arrays are borrowed, so keep a copy for `last` before you write
+        into one. If poses, origins, orientations and scales of both are the same arrays, it is a ValueError.
+        """
         return self._engine.sweep_margins(last._input, now._input)
 
     def touching_moments(
@@ -637,6 +641,7 @@ class World:
     ) -> Float32Array:
         """For each pair (`cab.HIT`) the first moment between two frames, 0 to 1, at which its shapes touch; 2: never.
 
+        last, now   of each batch, with arrays of their own for what moves, as in `sweep_margins`.
         resolution  a length: shapes that pass each other nearer than this may have a moment too.
 
         Both are proven, not sampled: before the moment, or never, the shapes are apart.

@@ -109,7 +109,7 @@ def test_a_bad_frame_is_an_input_error_that_names_the_member(status, arguments):
 
 def test_wrong_batches_and_rules():
     world, crowd, poses = posed_world()
-    posed = crowd.posed(poses)
+    posed, later = crowd.posed(poses), crowd.posed(poses.copy())
     for status, call in [
         (cab.Status.BATCH_GIVEN_TWICE, lambda: world.run([posed, posed])),
         (cab.Status.PAIR_RULE_GIVEN_TWICE, lambda: world.run(posed, pairs=[(crowd, crowd), (crowd, crowd)])),
@@ -122,7 +122,7 @@ def test_wrong_batches_and_rules():
         (cab.Status.BAD_VERTICES, lambda: cab.fit_box([[np.nan, 0, 0]])),
         (cab.Status.BAD_QUERY, lambda: world.query(cab.rays([[0, 0, 0]], [0, 0, 0]), poses)),
         (cab.Status.EXACT_NOT_BUILT, lambda: world.query(cab.points([[0, 0, 0]]), poses, exact="fcl")),
-        (cab.Status.BAD_RESOLUTION, lambda: world.touching_moments([posed], [posed], np.empty(0, cab.HIT), 0)),
+        (cab.Status.BAD_RESOLUTION, lambda: world.touching_moments([posed], [later], np.empty(0, cab.HIT), 0)),
         (cab.Status.BAD_PAIRS, lambda: world.contacts(np.zeros(1, cab.HIT), poses)),
     ]:
         with pytest.raises(cab.Error) as caught:

@@ -396,6 +396,41 @@ def test_boxes_order_and_sweeps(rng, chain):
     assert ((moments <= 1) | (moments == 2)).all() and (moments <= 1).any()
 
 
+def test_two_frames_of_the_same_arrays_are_no_sweep():
+    world = cab.World()
+    balls = world.add(cab.Body.from_boxes([-1], [[0.1] * 3], shapes=[cab.Shape.sphere(0.1)]), 2)
+    others = world.add(make_chain(1), 1)
+    pose = random_poses(np.random.default_rng(1), 2, 1)
+    pose[..., 4:] = 0
+    origins = np.array([[-1.0, 0, 0], [0, 0, 0]])
+    last = balls.posed(pose, origins=origins)
+    before = balls.posed(pose, origins=origins.copy())
+    origins[0, 0] += 2
+    now = balls.posed(pose, origins=origins)
+    other = [others.posed(pose[:1] + 0), others.posed(pose[:1] + 0)]
+    none = np.empty(0, cab.HIT)
+    words = f"last and now: .* slot {balls.slot} both have the same arrays.*keep a copy"
+    for wrong in (last, now):
+        with pytest.raises(ValueError, match=words):
+            world.sweep_margins(wrong, now)
+        with pytest.raises(ValueError, match=words):
+            world.touching_moments([other[0], wrong], [now, other[1]], none, 1e-3)
+    assert world.sweep_margins(before, now)[0] >= 2
+    assert len(world.touching_moments([before], [now], none, 1e-3)) == 0
+    # One array of its own is enough, whichever moves; frames of one recording may overlap.
+    turned = pose[:, 0, :4].copy()
+    scales = np.full(2, 2, dtype=np.float32)
+    path = np.repeat(pose[:1], 3, axis=0)
+    path[:, 0, 4] = [0, 1, 2]
+    for a, b in [
+        (now, balls.posed(pose.copy(), origins=origins)),
+        (now, balls.posed(pose, origins=origins, orientations=turned)),
+        (now, balls.posed(pose, origins=origins, scales=scales)),
+        (balls.posed(path[:2], origins=origins), balls.posed(path[1:], origins=origins)),
+    ]:
+        assert len(world.sweep_margins(a, b)) == 2
+
+
 def test_memory_and_close(chain):
     world = cab.World()
     empty = world.memory.total
