@@ -198,12 +198,12 @@ class Reader {
   }
 
   // The rest of the line up to an opening brace or a comment behind a blank, without the blanks around it. "Joint#1" is
-  // a name.
-  std::string_view read_rest_of_line() {
+  // a name, and so may be "#1".
+  std::string_view read_rest_of_line(bool is_name) {
     while (at_ < bytes_.size() && is_blank(bytes_[at_]) && bytes_[at_] != '\n') ++at_;
     const std::size_t begin = at_;
     while (at_ < bytes_.size() && bytes_[at_] != '\n' && bytes_[at_] != '{' &&
-           !(at_ > begin && is_blank(bytes_[at_ - 1]) && at_comment()))
+           !((at_ > begin || !is_name) && is_blank(bytes_[at_ - 1]) && at_comment()))
       ++at_;
     std::size_t end = at_;
     while (end > begin && is_blank(bytes_[end - 1])) --end;
@@ -211,7 +211,7 @@ class Reader {
   }
 
   std::string read_name() {
-    const std::string_view text = read_rest_of_line();
+    const std::string_view text = read_rest_of_line(true);
     if (text.empty()) fail(line_, "expected the name of a joint");
     if (text.front() == '}') fail(line_, "expected the name of a joint, found \"}\"");
     if (text.size() > kMaxNameBytes)
@@ -317,7 +317,7 @@ class Reader {
         block.has_children = true;
         const std::string name = joint.name + "/End";
         expect("Site");
-        read_rest_of_line();  // a name of its own
+        read_rest_of_line(false);  // a name of its own
         open(name, true);
       } else {
         fail(token.line, "expected OFFSET, CHANNELS, JOINT, End Site or \"}\", found " + shown(token) + where());

@@ -152,6 +152,34 @@ TEST_CASE("a frame with too many hits runs twice, and then once, without an allo
   }
 }
 
+TEST_CASE("a frame that skips what rests runs until there is room for all that rests, too") {
+  FrameCounter counter;
+  World world(counter.desc());
+  Cubes cubes;
+  constexpr std::uint32_t kPairs = 900;
+  REQUIRE(cubes.add(world, 2 * kPairs) == Status::kOk);
+  world.rules()[0].resting = Resting::kSkipped;
+  cubes.move_to(10);
+  std::vector<std::uint8_t> moved(2 * kPairs);
+  world.input(cubes.batch)->moved = moved;
+  std::uint32_t landed = 0;
+  // Returns how many hits there are once that many more pairs touch.
+  const auto land = [&](std::uint32_t count) {
+    std::fill(moved.begin(), moved.end(), std::uint8_t{0});
+    for (; count > 0; --count, ++landed) {
+      cubes.origins[6 * landed + 3] = cubes.origins[6 * landed] + .9;
+      moved[2 * landed + 1] = 1;
+    }
+    REQUIRE(world.run() == Status::kOk);
+    return world.hits().size;
+  };
+  CHECK(land(0) == 0);
+  for (int frame = 0; frame < 3; ++frame) CHECK(land(200) == 200);  // the first buffer has room for these
+  const int before = counter.frames;
+  CHECK(land(300) == 900);  // all count as moved after the first run, whose buffer was too small for 300
+  CHECK(counter.frames - before == 3);
+}
+
 TEST_CASE("reserve makes the room of frames to come, and of their contacts if they are wanted by then") {
   FrameCounter counter;
   World world(counter.desc());

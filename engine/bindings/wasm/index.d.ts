@@ -721,7 +721,8 @@ export declare class World {
   /**
    * For each pair the first moment between two frames, 0 to 1, at which its shapes touch; 2: never. Both are proven,
    * not sampled. `last`: a moment of each batch of the pairs that is not static. `resolution`: a length; what passes
-   * nearer than that may have a moment too.
+   * nearer than that may have a moment too. Links turn along the straight line between two quaternions: 0.9 degrees
+   * off an even turn of 90, 8 of 180.
    */
   findTouchingMoments(job: {last: readonly Moment[]; pairs: Pairs; resolution: number}): Float32Array;
   /** What is wrong with a job in words, or what may not be meant: a remark per line; else `nothing is wrong`. */

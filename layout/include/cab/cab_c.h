@@ -980,8 +980,9 @@ typedef struct cab_BatchInput {
   cab_ConstFloatSpan bounds;
 
   // One length per instance, from 0 to CAB_MAX_COORDINATE, in the caller's unit: its own margin. Two instances are
-  // tested with the frame's margin and those of both. cab_sweep_margins fills it so that fast bodies do not pass
-  // through each other between two frames. Characters only. Empty (default): instances have no margin of their own.
+  // tested with the frame's margin and those of both, and two links of one instance with twice its own.
+  // cab_sweep_margins fills it so that fast bodies do not pass through each other between two frames. Characters only.
+  // Empty (default): instances have no margin of their own.
   cab_ConstFloatSpan margins;
 
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
@@ -1147,7 +1148,7 @@ typedef struct cab_FrameStats {
 //
 // If `hits` is too small, cab_run_frame answers CAB_STATUS_HITS_OVERFLOW. Then hits_needed is the size of `hits` that a
 // second call needs, hit_count is 0, and the contents of hits and contacts are unspecified. flags, in_contact and stats
-// are complete.
+// are complete, but with min_depth in_contact then follows hits of any depth.
 typedef struct cab_FrameJob {
   // The batches that take part, each once, in any order. Empty (default): a frame without hits.
   cab_ConstBatchInputSpan inputs;
@@ -1903,9 +1904,11 @@ CAB_API cab_Status cab_sweep_margins(cab_Engine* engine, const cab_BatchInput* l
 // touching may have a moment too.
 // `last` and `inputs` hold the poses of all batches that are named, in the earlier frame and in this one. In between,
 // the origins of instances and of links move along straight lines, links turn about one axis, the shorter way round,
-// and scales go over evenly. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance
-// `last` does not have, is where it is now at all moments; one that is not valid now never touches. Of each Hit only
-// batches, instances and links are read. resolution: a length in the caller's unit, above 0, at most 1e18. Moments are
+// and scales go over evenly. Rotations go along the straight line between two quaternions: faster half way than at the
+// ends, which is up to 0.03 degrees off an even turn of 30 degrees, 0.9 of 90 and 8 of 180. For larger turns give
+// frames in between. A link that is not valid in `last`, that is mirrored in one frame alone, or whose instance `last`
+// does not have, is where it is now at all moments; one that is not valid now never touches. Of each Hit only batches,
+// instances and links are read. resolution: a length in the caller's unit, above 0, at most 1e18. Moments are
 // no finer than 2^-20.
 // Cost: sixteen exact tests per pair of parts in the open. Where links slide along each other all the way, as many as
 // they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not

@@ -614,7 +614,7 @@ struct BatchInput {
   Span<const float> bounds;
 
   // One length per instance, from 0 to kMaxCoordinate, in the caller's unit: its own margin. Two instances are tested
-  // with the frame's margin and those of both. sweep_margins fills it so that fast bodies do not pass through each
+  // with the frame's margin and those of both, and two links of one instance with twice its own. sweep_margins fills it so that fast bodies do not pass through each
   // other between two frames. Characters only. Empty (default): instances have no margin of their own.
   Span<const float> margins;
 
@@ -775,7 +775,7 @@ struct FrameStats {
 //
 // If `hits` is too small, run_frame answers kHitsOverflow. Then hits_needed is the size of `hits` that a second call
 // needs, hit_count is 0, and the contents of hits and contacts are unspecified. flags, in_contact and stats are
-// complete.
+// complete, but with min_depth in_contact then follows hits of any depth.
 struct FrameJob {
   // The batches that take part, each once, in any order. Empty (default): a frame without hits.
   Span<const BatchInput> inputs;

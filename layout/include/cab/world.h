@@ -134,8 +134,9 @@ class World {
   FrameJob& job() noexcept;
 
   // Runs one frame of all batches. If the buffers are too small they grow, with a quarter to spare, and the frame runs
-  // again: once, since it says how many hits it has. The first run counts as one that was not kOk, so in the second all
-  // instances count as moved (BatchInput::moved). Statuses: those of run_frame without kHitsOverflow.
+  // again. A run that was too small for its hits counts as one that was not kOk, so in the next all instances count as
+  // moved (BatchInput::moved): with Resting::kSkipped that one has more hits, and a third may follow. Statuses: those of
+  // run_frame without kHitsOverflow.
   [[nodiscard]] Status run() noexcept;
 
   // The hits of the last run(), in their order; none if it was not kOk. Valid until the next one, or until reserve().
@@ -329,7 +330,7 @@ inline Status World::run() noexcept {
   hits_.size = contacts_.size = 0;
   if (!reserve_hits(kFirstHits)) return Status::kOutOfMemory;
   Status status = run_frame(*engine_, job());
-  if (status == Status::kHitsOverflow) {
+  while (status == Status::kHitsOverflow) {
     if (!reserve_hits(job_.hits_needed + job_.hits_needed / 4)) return Status::kOutOfMemory;
     status = run_frame(*engine_, job());
   }

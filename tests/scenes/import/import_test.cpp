@@ -148,6 +148,7 @@ TEST_CASE("line endings, tabs, a byte order mark, keyword case, long frames and 
   }
   CHECK(skeleton_of(replaced(text, "upper", "the upper")).joint_names[1] == "the upper");
   CHECK(skeleton_of(replaced(text, "upper", "up#1//2")).joint_names[1] == "up#1//2");
+  CHECK(skeleton_of(replaced(text, "upper", "#1")).joint_names[1] == "#1");
   CHECK(all_notes(skeleton_of(text + "1 2 3\n").notes).find("line 25") != std::string::npos);
 }
 

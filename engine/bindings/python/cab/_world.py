@@ -644,7 +644,8 @@ class World:
         last, now   of each batch, with arrays of their own for what moves, as in `sweep_margins`.
         resolution  a length: shapes that pass each other nearer than this may have a moment too.
 
-        Both are proven, not sampled: before the moment, or never, the shapes are apart.
+        Both are proven, not sampled: before the moment, or never, the shapes are apart. In between, links turn along
+        the straight line between two quaternions: 0.9 degrees off an even turn of 90, 8 of 180.
         """
         return self._engine.find_touching_moments(self._inputs(last), self._inputs(now), resolution, pairs)
 

@@ -16,7 +16,8 @@ from .work import FileOptions, Source
 
 # What is taken from a folder. A file that is named itself is always taken.
 MOTION_SUFFIXES = frozenset(
-    ".bvh .amc .gltf .glb .vrm .fbx .dae .x .b3d .ms3d .md5anim .md5mesh .smd .ogex .blend .3ds .ase .mdl .lws .irr".split()
+    ".bvh .amc .gltf .glb .vrm .fbx .dae .x .b3d .ms3d .md5anim .md5mesh .smd .ogex .blend .3ds .ase .mdl .lws "
+    ".irr".split()
 )
 RECORDING_SUFFIXES = frozenset([".cab"])
 FOLDER_FILE = "cab-scan.csv"
