@@ -1,5 +1,5 @@
-// How a call that reads gets a reader. It makes memory, which calls that change the engine need not be linked with: a
-// shared build's command has its own copy of some of these.
+// How a call that reads gets a reader, apart from call.cpp: the command of a shared build has a copy of run_all_pairs
+// and so of call.cpp, but not of what makes readers.
 #include "engine/session/call.h"
 #include "engine/session/memory.h"
 

@@ -130,7 +130,7 @@ class CrowdSession {
   }
 
   // Runs one frame by a function like run_frame and returns its stats. The hits stay until the next frame. If their
-  // buffer is too small, it grows and the frame runs again; the stats are then those of the second run. With
+  // buffer is too small, it grows and the frame runs again; the stats are then those of the last run. With
   // only_in_contact there are no hits, but one byte per character.
   FrameStats run(const std::vector<scenes::PosedGroup>& posed, const Policies& policies, bool only_in_contact = false,
                  RunFrame frame = run_frame) {

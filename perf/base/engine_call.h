@@ -39,10 +39,12 @@ Status run_with_room(Job& job, std::vector<Found>& hits, std::vector<Contact>* c
       }
     return run();
   };
-  const Status status = run_once();
-  if (status != Status::kHitsOverflow) return status;
-  hits.resize(job.hits_needed + job.hits_needed / 4);
-  return run_once();
+  Status status = run_once();
+  while (status == Status::kHitsOverflow) {
+    hits.resize(job.hits_needed + job.hits_needed / 4);
+    status = run_once();
+  }
+  return status;
 }
 
 inline oracle::EnginePtr make_engine(const EngineDesc& desc) {

@@ -95,7 +95,7 @@ inline Outcome run_on(Engine& engine, const World& world, const Policies& polici
   job.min_depth = world.min_depth;
   job.report = report;
   Status status = frame(engine, job);
-  if (status == Status::kHitsOverflow) {
+  while (status == Status::kHitsOverflow) {
     out.hits.resize(job.hits_needed);
     out.contacts.resize(world.contacts ? job.hits_needed : 0);
     job.hits = out.hits;

@@ -12,6 +12,9 @@ namespace {
 
 using Point = std::array<double, 2>;
 
+// The work of cutting grows with the square of the corners, and more for crafted ones. A polygon of more is a fan.
+constexpr std::size_t kMostCutCorners = 4096;
+
 // The corners seen along the axis that is nearest to the polygon's normal (Newell), so that they turn left.
 std::vector<Point> projected(const std::vector<Vec3>& polygon) {
   Vec3 normal = {0, 0, 0};
@@ -99,7 +102,7 @@ void cut_polygon(const std::vector<Vec3>& polygon, std::vector<std::uint32_t>& t
     return;
   }
   Ring ring(polygon);
-  if (!ring.is_convex()) ring.cut_ears(triangles);
+  if (polygon.size() <= kMostCutCorners && !ring.is_convex()) ring.cut_ears(triangles);
   add_fan(ring.corners(), triangles);
 }
 

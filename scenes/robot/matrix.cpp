@@ -58,34 +58,31 @@ Matrix make_matrix(const Robot& robot, const MatrixOptions& options, const Robot
     for (const LinkPair& pair : robot.mujoco->listed) known.at(pair.a, pair.b) = 1;
     for (const LinkPair& pair : robot.mujoco->welded) mask(pair.a, pair.b, DisabledReason::kWelded, 0);
   }
-  PairTable<char> at_rest(count);  // whether they touch there
-  if (options.derive) {
-    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : adjacent_pairs(robot))
-      mask(pair.a, pair.b, DisabledReason::kAdjacent, 0);
-    const StateSource rest = {1, [&](std::uint64_t, double* state) {
-                                const std::vector<double> values = rest_state(robot);
-                                std::copy(values.begin(), values.end(), state);
-                              }};
-    RobotSession(robot, links_of(matrix.masked), session).run(rest, {}, [&](const StateChunk& chunk) {
-      for (const Hit& hit : chunk.hits) at_rest.at(hit.link_a, hit.link_b) = 1;
-    });
-  }
-  // In how many samples the links of each pair are within a margin.
-  const auto sampled = [&](float margin) {
+  // In how many states the links of each pair are within a margin.
+  const auto count_within = [&](const StateSource& states, float margin) {
     PairTable<std::uint32_t> within(count);
-    if (options.samples == 0) return within;
-    const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
-                                  random_state(robot, options.seed, kFirstSample + index, state);
-                                }};
     RobotSessionOptions settings = session;
     settings.margin = margin;
-    RobotSession(robot, links_of(matrix.masked), settings).run(random, {}, [&](const StateChunk& chunk) {
-      for (const Hit& hit : chunk.hits) ++within.at(hit.link_a, hit.link_b);
-    });
+    if (states.count > 0)
+      RobotSession(robot, links_of(matrix.masked), settings).run(states, {}, [&](const StateChunk& chunk) {
+        for (const Hit& hit : chunk.hits) ++within.at(hit.link_a, hit.link_b);
+      });
     return within;
   };
-  const PairTable<std::uint32_t> touching = sampled(0);
-  const PairTable<std::uint32_t> near = options.margin > 0 ? sampled(options.margin) : touching;
+  if (options.derive)
+    for (const LinkPair& pair : robot.mujoco ? robot.mujoco->adjacent : adjacent_pairs(robot))
+      mask(pair.a, pair.b, DisabledReason::kAdjacent, 0);
+  const StateSource rest = {options.derive ? 1u : 0u, [&](std::uint64_t, double* state) {
+                              const std::vector<double> values = rest_state(robot);
+                              std::copy(values.begin(), values.end(), state);
+                            }};
+  const StateSource random = {options.samples, [&](std::uint64_t index, double* state) {
+                                random_state(robot, options.seed, kFirstSample + index, state);
+                              }};
+  const PairTable<std::uint32_t> at_rest = count_within(rest, 0), touching = count_within(random, 0);
+  const bool has_margin = options.margin > 0;
+  const PairTable<std::uint32_t> near_at_rest = has_margin ? count_within(rest, options.margin) : at_rest;
+  const PairTable<std::uint32_t> near = has_margin ? count_within(random, options.margin) : touching;
   for (std::uint32_t a = 0; a < count; ++a)
     for (std::uint32_t b = a + 1; b < count; ++b) {
       const std::uint32_t times = touching.at(a, b);
@@ -94,7 +91,7 @@ Matrix make_matrix(const Robot& robot, const MatrixOptions& options, const Robot
         mask(a, b, rests ? DisabledReason::kDefault : DisabledReason::kAlways, times);
       } else if (rests) {
         matrix.rest_pairs.push_back({{a, b}, times});
-      } else if (options.samples > 0 && near.at(a, b) == 0) {
+      } else if (options.samples > 0 && near.at(a, b) == 0 && near_at_rest.at(a, b) == 0) {
         mask(a, b, DisabledReason::kNever, 0);
       }
     }

@@ -82,10 +82,8 @@ bool is_moved(const Matrix& m, float tolerance) {
   return std::abs(m.at(0, 3)) > tolerance || std::abs(m.at(1, 3)) > tolerance || std::abs(m.at(2, 3)) > tolerance;
 }
 
-// Whether the last row is 0 0 0 1, or not a number. In the wrong order it is the translation, and the last column is
-// 0 0 0: then no rounding is let pass.
-bool has_last_row(const Matrix& m) {
-  const float tolerance = is_moved(m, 0) ? kLastRowTolerance : 0;
+// Whether the last row is 0 0 0 1, or not a number.
+bool has_last_row(const Matrix& m, float tolerance = kLastRowTolerance) {
   for (int k = 0; k < 3; ++k)
     if (std::abs(m.at(3, k)) > tolerance) return false;
   return !(std::abs(m.at(3, 3) - 1) > kLastRowTolerance);
@@ -207,7 +205,8 @@ void refuse_other_order(const PoseArray& poses, const char* name, Span<const std
     for (std::size_t l = 0; l < poses.links; ++l) {
       const Matrix m = {reinterpret_cast<const float*>(first + l * poses.view.link_stride),
                         poses.view.format == PoseFormat::kMatrix3x4Rows ? 4 : 1};
-      if (has_last_row(m)) {
+      // In the wrong order it is the translation, and the last column is 0 0 0: then no rounding is let pass.
+      if (has_last_row(m, is_moved(m, 0) ? kLastRowTolerance : 0)) {
         if (is_moved(m, kLastRowTolerance)) return;
       } else if (turns(m)) {
         raise_last_row(m, name, "pose " + std::to_string(i) + ", link " + std::to_string(l), poses.column);

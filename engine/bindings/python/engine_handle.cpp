@@ -155,21 +155,25 @@ std::string text_of(const Write& write) {
   return text;
 }
 
-// Raises ValueError if a batch has the same arrays before and now, so that nothing can have moved.
+// Raises ValueError if all batches have the same arrays before and now, so that nothing can have moved.
 void require_two_moments(Span<const BatchInput> last, Span<const BatchInput> now) {
   std::unordered_map<std::uint64_t, const BatchInput*> before;
   for (const BatchInput& a : last) before[a.batch.value] = &a;
+  const BatchInput* same = nullptr;
   for (const BatchInput& b : now) {
     const auto found = before.find(b.batch.value);
     if (found == before.end() || b.poses.data == nullptr || b.count == 0) continue;
     const BatchInput& a = *found->second;
-    if (a.poses.data == b.poses.data && a.poses.instance_stride == b.poses.instance_stride &&
-        a.poses.link_stride == b.poses.link_stride && a.origins.data == b.origins.data &&
-        a.orientations.data == b.orientations.data && a.scales.data == b.scales.data)
-      throw py::value_error("last and now: of the batch in slot " + std::to_string(b.batch.value & 0xFFFFFFFFu) +
-                            " both have the same arrays, so that nothing can have moved; before an array is written " +
-                            "into, keep a copy for last");
+    if (a.poses.data != b.poses.data || a.poses.instance_stride != b.poses.instance_stride ||
+        a.poses.link_stride != b.poses.link_stride || a.origins.data != b.origins.data ||
+        a.orientations.data != b.orientations.data || a.scales.data != b.scales.data)
+      return;
+    same = &b;
   }
+  if (same)
+    throw py::value_error("last and now: of the batch in slot " + std::to_string(same->batch.value & 0xFFFFFFFFu) +
+                          " both have the same arrays, so that nothing can have moved; before an array is written " +
+                          "into, keep a copy for last");
 }
 
 // What is wrong with a job that run_frame has refused.

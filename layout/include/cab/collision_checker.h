@@ -111,7 +111,8 @@ class CollisionChecker {
   // (may be null) says which.
   // Cost: 0.2 microseconds per point; then a frame 7 ns per point, and a state 3 to 90 microseconds, by their number.
   // Statuses: kUnknownBatch (there is no robot), kBadStaticBody (points is not three finite numbers for each),
-  // kBadShape (the radius is not above 0, or above 5e17), those of add_static_batch and add_batch.
+  // kBadShape (the radius is not above 0, or above 5e17), kNoInstances (there are no points), kTooManyInstances, those
+  // of add_static_batch and add_batch.
   [[nodiscard]] Status add_points(Span<const float> points, float radius, std::uint32_t* bad_point = nullptr) noexcept;
 
   // Answers for each state whether it collides. states: kinematics.variable_count numbers for each answer. A state is

@@ -119,9 +119,9 @@ class Recording {
   // Reads a frame. False if there is none, or if its chunk is damaged; error() says so.
   [[nodiscard]] bool read_frame(std::uint32_t index, RecordedFrame* frame) noexcept;
 
-  // The frame to read after `index`, for whoever reads all: index + 1, or if read_frame has refused `index` because its
-  // chunk is damaged or lost, the first frame after that chunk. A small file can claim billions of frames that are lost
-  // together. At most frame_count().
+  // The frame to read after `index`, for whoever reads all and has called read_frame(index): index + 1, or if that was
+  // refused since its chunk is damaged or lost, the first frame after that chunk. A small file can claim millions of
+  // frames that are lost together. At most frame_count().
   std::uint32_t next_frame(std::uint32_t index) const noexcept;
 
  private:

@@ -614,8 +614,9 @@ struct BatchInput {
   Span<const float> bounds;
 
   // One length per instance, from 0 to kMaxCoordinate, in the caller's unit: its own margin. Two instances are tested
-  // with the frame's margin and those of both, and two links of one instance with twice its own. sweep_margins fills it so that fast bodies do not pass through each
-  // other between two frames. Characters only. Empty (default): instances have no margin of their own.
+  // with the frame's margin and those of both, and two links of one instance with twice its own. sweep_margins fills it
+  // so that fast bodies do not pass through each other between two frames. Characters only. Empty (default): instances
+  // have no margin of their own.
   Span<const float> margins;
 
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and

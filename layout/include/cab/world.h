@@ -134,8 +134,8 @@ class World {
   FrameJob& job() noexcept;
 
   // Runs one frame of all batches. If the buffers are too small they grow, with a quarter to spare, and the frame runs
-  // again. A run that was too small for its hits counts as one that was not kOk, so in the next all instances count as
-  // moved (BatchInput::moved): with Resting::kSkipped that one has more hits, and a third may follow. Statuses: those of
+  // again. A run without room for its hits counts as one that was not kOk, so in the next all instances count as moved
+  // (BatchInput::moved): with Resting::kSkipped that one has more hits, and a third may follow. Statuses: those of
   // run_frame without kHitsOverflow.
   [[nodiscard]] Status run() noexcept;
 

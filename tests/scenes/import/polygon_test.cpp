@@ -100,6 +100,19 @@ TEST_CASE("triangles of a concave polygon turn as it does and leave its hollows 
   }
 }
 
+TEST_CASE("a polygon of very many corners is a fan, whatever its hollows") {
+  std::vector<Vec3> star;
+  for (int k = 0; k < 100000; ++k) {
+    const double angle = k * 6.283185307179586 / 100000, radius = k % 2 == 0 ? 1 : .5;
+    star.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
+  }
+  std::vector<std::uint32_t> triangles;
+  cut_polygon(star, triangles);
+  REQUIRE(triangles.size() == 3 * (star.size() - 2));
+  CHECK(std::vector<std::uint32_t>(triangles.end() - 3, triangles.end()) ==
+        std::vector<std::uint32_t>{0, 99998, 99999});
+}
+
 TEST_CASE("whatever an outline goes around is in a triangle, also if it crosses itself") {
   Random random(8);
   for (int round = 0; round < 500; ++round) {

@@ -104,9 +104,9 @@ class CollisionChecker:
 
     robot    what moves. Lengths are in metres.
     ignored  (n, 2): pairs of links that are not tested, beside those of `robot.body`. Default: those of
-             `robot.allowed_collisions(margin=margin)`; but `clearance` and `distances` see those of the reason "never",
-             which are not near each other in any sample, too. States beyond the limits of joints may bring such links together:
-             give `robot.adjacent_pairs` for these.
+             `robot.allowed_collisions(margin=margin)`. `clearance` and `distances` see those of the reason "never", too:
+             they have an engine of their own, made at the first of these calls, with a copy of what was added. States
+             beyond the limits of joints may bring such links together: give `robot.adjacent_pairs` for these.
     margin   metres that links are apart at least; closer ones count as touching.
     padding  metres by which links grow against what `add_fixed` and `add_points` add, not against each other, as in
              MoveIt: a number for all links, or numbers by their names, and 0 for others. Objects have that of the
@@ -183,10 +183,15 @@ class CollisionChecker:
     def _add(self, name: str, *arguments: Any) -> None:
         with self._lock:
             getattr(self._checker, name)(*arguments)
-            if self._near is None:
-                self._added.append((name, *arguments))
-            elif self._near is not self._checker:
-                getattr(self._near, name)(*arguments)
+            if self._near is self._checker:
+                return
+            self._added.append((name, *arguments))
+            if self._near is not None:
+                try:
+                    getattr(self._near, name)(*arguments)
+                except BaseException:
+                    self._near = None  # else it would number what comes later otherwise
+                    raise
 
     def _for_distances(self) -> _cab.Checker:
         with self._lock:
@@ -194,7 +199,7 @@ class CollisionChecker:
                 near = _cab.Checker(*self._near_arguments)
                 for name, *arguments in self._added:
                     getattr(near, name)(*arguments)
-                self._near, self._added = near, []
+                self._near = near
             return self._near
 
     def collides(self, states: StatesLike) -> BoolArray:

@@ -641,7 +641,8 @@ class World:
     ) -> Float32Array:
         """For each pair (`cab.HIT`) the first moment between two frames, 0 to 1, at which its shapes touch; 2: never.
 
-        last, now   of each batch, with arrays of their own for what moves, as in `sweep_margins`.
+        last, now   of each batch, with arrays of their own for what moves, as in `sweep_margins`; what rests may have
+                    the same.
         resolution  a length: shapes that pass each other nearer than this may have a moment too.
 
         Both are proven, not sampled: before the moment, or never, the shapes are apart. In between, links turn along

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import fcntl
+import functools
 import hashlib
 import json
 import os
@@ -107,6 +108,8 @@ class Table:
         if os.path.lexists(real) and os.lstat(real).st_nlink > 1:
             raise TableError(f"{path}: the file has two names (hard links), and SQLite's log goes by one")
         stack.enter_context(_locked(real, path))
+        if sqlite3.sqlite_version_info < (3, 37):
+            raise TableError(f"{path}: SQLite 3.37 is needed, and this Python has {sqlite3.sqlite_version}")
         with self._told():
             self._base = sqlite3.connect(real, isolation_level=None, timeout=60)
             stack.callback(self._base.close)
@@ -382,7 +385,7 @@ def _check_format(base: sqlite3.Connection, path: str) -> None:
     if found != _FORMAT:
         raise TableError(f"{path}: it has format {found}, and this cab scan writes format {_FORMAT}")
     made = _made(base)
-    for name, text in _WANTED.items():
+    for name, text in _wanted().items():
         if made.get(name) != text:
             raise TableError(f"{path}: {name} is not as cab scan makes it")
     # This reads the whole table, as the hash at the end does. It finds values that are not of their columns' types too.
@@ -399,13 +402,11 @@ def _made(base: sqlite3.Connection) -> Dict[str, str]:
     }
 
 
+@functools.lru_cache(maxsize=None)
 def _wanted() -> Dict[str, str]:
     with contextlib.closing(sqlite3.connect(":memory:")) as base:
         base.executescript(_SCHEMA)
         return _made(base)
-
-
-_WANTED = _wanted()
 
 
 def _texts(values: Iterable[Any]) -> Tuple[Any, ...]:

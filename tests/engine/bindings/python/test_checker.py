@@ -388,6 +388,18 @@ def test_links_that_touch_in_no_sample_have_margins_and_distances(hoist):
         hoist.allowed_collisions(margin=-1)
 
 
+def test_links_that_are_within_a_margin_at_rest_alone_are_tested_with_it(hoist, tmp_path):
+    text = (tmp_path / "hoist.urdf").read_text()
+    for old, new in [('lower="-0.395" upper="0"', 'lower="0" upper="1e6"'), ("0 0 -1.5", "0 0 -1.895")]:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (tmp_path / "tall.urdf").write_text(text)
+    tall = cab.Robot(tmp_path / "tall.urdf")
+    assert [row[2] for row in tall.allowed_collisions(1000).tolist()] == ["adjacent", "never", "adjacent"]
+    assert [row[2] for row in tall.allowed_collisions(1000, margin=0.02).tolist()] == ["adjacent"] * 2
+    assert cab.CollisionChecker(tall, margin=0.02).collides(tall.rest()).all()
+
+
 def test_what_is_added_before_and_after_distances_counts_in_all_calls(hoist):
     checker = cab.CollisionChecker(hoist)
     low = [[0.1, -0.395]]

@@ -414,7 +414,8 @@ def test_two_frames_of_the_same_arrays_are_no_sweep():
         with pytest.raises(ValueError, match=words):
             world.sweep_margins(wrong, now)
         with pytest.raises(ValueError, match=words):
-            world.touching_moments([other[0], wrong], [now, other[1]], none, 1e-3)
+            world.touching_moments([wrong], [now], none, 1e-3)
+        assert len(world.touching_moments([other[0], wrong], [now, other[1]], none, 1e-3)) == 0
     assert world.sweep_margins(before, now)[0] >= 2
     assert len(world.touching_moments([before], [now], none, 1e-3)) == 0
     # One array of its own is enough, whichever moves; frames of one recording may overlap.
