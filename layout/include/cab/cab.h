@@ -298,8 +298,8 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
 // and scales go over evenly. Rotations go along the straight line between two quaternions: faster half way than at the
 // ends, which is up to 0.03 degrees off an even turn of 30 degrees, 0.9 of 90 and 8 of 180. A link that is not valid in
 // `last`, that is mirrored in one frame alone, or whose instance `last` does not have, is where it is now at all
-// moments; one that is not valid now never touches. Of each Hit only batches, instances and links are read. resolution: a length in the caller's unit, above 0, at most 1e18. Moments are
-// no finer than 2^-20.
+// moments; one that is not valid now never touches. Of each Hit only batches, instances and links are read. resolution:
+// a length in the caller's unit, above 0, at most 1e18. Moments are no finer than 2^-20.
 // Cost: sixteen exact tests per pair of parts in the open. Where links slide along each other all the way, as many as
 // they move resolutions, and at most 2^20. On all threads; some memory from operator new while it runs. Bits do not
 // depend on instruction set or threads.

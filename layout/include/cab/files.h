@@ -179,8 +179,8 @@ class Robot {
   // Finds the pairs of links that need no test, as `cab robot` does (docs/robots.md): those that files exclude and, if
   // there is no SRDF file, adjacent links, those that touch in nearly all of `samples` random states within the limits
   // of the joints, and those that come within `margin` metres of each other in none, nor at rest (kNever); 0 samples:
-  // none are left out for that. States may be tested with up to that margin; for distances, and states beyond the limits, test the
-  // pairs of kNever too. Returns whether it could; if not, error() says why, and the robot stays.
+  // none are left out for that. States may be tested with up to that margin; for distances, and states beyond the
+  // limits, test the pairs of kNever too. Returns whether it could; if not, error() says why, and the robot stays.
   // Cost: some microseconds per sample, twice with a margin. thread_count: as in EngineDesc.
   [[nodiscard]] bool find_disabled_pairs(std::uint32_t samples, std::uint64_t seed, std::uint32_t thread_count,
                                          float margin = 0) noexcept;

@@ -104,7 +104,7 @@ class CollisionChecker:
 
     robot    what moves. Lengths are in metres.
     ignored  (n, 2): pairs of links that are not tested, beside those of `robot.body`. Default: those of
-             `robot.allowed_collisions(margin=margin)`. `clearance` and `distances` see those of the reason "never", too:
+             `robot.allowed_collisions(margin=margin)`. `clearance` and `distances` see those of reason "never", too:
              they have an engine of their own, made at the first of these calls, with a copy of what was added. States
              beyond the limits of joints may bring such links together: give `robot.adjacent_pairs` for these.
     margin   metres that links are apart at least; closer ones count as touching.

@@ -259,7 +259,8 @@ class Robot:
 
         Those that the file or the SRDF file excludes; without an SRDF file also adjacent links, those that touch in at
         least 95 % of `samples` random states within the limits of the joints, and those that come within `margin`
-        metres of each other in none, nor at rest ("never"). Beyond the limits, and for distances, test those of "never" too.
+        metres of each other in none, nor at rest ("never"). Beyond the limits, and for distances, test those of
+        "never" too.
 
         a, b     the links, a < b
         reason   "file", "welded", "adjacent", "default", "always" or "never"
