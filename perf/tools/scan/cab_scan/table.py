@@ -398,7 +398,7 @@ def _made(base: sqlite3.Connection) -> Dict[str, str]:
     # How tables and indexes were made. Users may have added others.
     return {
         name: " ".join(text.split())
-        for name, text in base.execute("SELECT name, sql FROM sqlite_master WHERE sql IS NOT NULL")
+        for name, text in base.execute("SELECT name, sql FROM sqlite_master WHERE typeof(sql) = 'text'")
     }
 
 

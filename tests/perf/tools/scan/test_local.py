@@ -337,6 +337,11 @@ def _as_before_types(base):
     base.execute("UPDATE sqlite_master SET sql = replace(sql, ' STRICT', '')")
 
 
+def _with_bytes_for_text(base):
+    base.execute("PRAGMA writable_schema = ON")
+    base.execute("UPDATE sqlite_master SET sql = CAST(sql AS BLOB) WHERE name = 'contacts_of'")
+
+
 def _with_text_for_numbers(base):
     ((made,),) = base.execute("SELECT sql FROM sqlite_master WHERE name = 'work'")
     base.execute("PRAGMA writable_schema = ON")
@@ -350,6 +355,7 @@ def _with_text_for_numbers(base):
 @pytest.mark.parametrize("change, told", [
     (lambda base: base.execute("ALTER TABLE work DROP COLUMN hits"), "work is not as cab scan makes it"),
     (lambda base: base.execute("DROP INDEX contacts_of"), "contacts_of is not as cab scan makes it"),
+    (_with_bytes_for_text, "contacts_of is not as cab scan makes it"),
     (_as_before_types, "work is not as cab scan makes it"),
     (_with_text_for_numbers, "value in work.frames"),
 ])
