@@ -195,7 +195,7 @@ TEST_CASE("a chunk whose frames are out of order is left out") {
 TEST_CASE("a chunk without frames may have any number, and every frame is found") {
   const SmallRecording whole(723, false);
   for (const std::uint32_t number : {0u, 5u, 100u, 0xffffffffu})
-    for (const std::size_t chunks : {1, 2, 3, 8}) {
+    for (const std::size_t chunks : {1u, 2u, 3u, 8u}) {
       CAPTURE(number);
       CAPTURE(chunks);
       record::ChunkHeader header;
