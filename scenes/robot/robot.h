@@ -29,6 +29,10 @@ struct RobotVariable {
   double rest = 0;
 };
 
+inline bool is_beyond_limits(const RobotVariable& variable, double value) {
+  return value < variable.lower || value > variable.upper;
+}
+
 // A joint that moves. Its value is multiplier * variable + offset, so joints may follow the variable of another.
 struct RobotJoint {
   std::string name;

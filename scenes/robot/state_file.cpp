@@ -105,7 +105,7 @@ class StateReader {
         fail("'" + printable(fields[c]) + "' is not a number from -1e9 to 1e9");
       if (!columns_[c]) continue;
       const RobotVariable& variable = robot_.variables[*columns_[c]];
-      if ((value < variable.lower || value > variable.upper) && beyond_++ == 0)
+      if (is_beyond_limits(variable, value) && beyond_++ == 0)
         first_beyond_ = "line " + std::to_string(line_) + ", joint " + variable.name;
       state[*columns_[c]] = value;
     }

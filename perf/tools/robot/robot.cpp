@@ -142,7 +142,7 @@ void set_rest(scenes::Robot& robot, const RobotCommandOptions& options) {
                                              : "the robot has no joint '" + name + "' that moves"));
     }
     if (!given.insert(name).second) throw UsageError("--rest: '" + name + "' is given twice");
-    if (value < variable->lower || value > variable->upper)
+    if (is_beyond_limits(*variable, value))
       robot.notes.push_back("--rest: the value of " + name + " is beyond its limit");
     variable->rest = value;
   }
@@ -457,10 +457,8 @@ void write_recording(const RobotCommandOptions& options, const scenes::Robot& ro
 
 // Whether states have a value beyond a limit.
 bool has_beyond(const scenes::Robot& robot, const std::vector<double>& states) {
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    const auto& variable = robot.variables[i % robot.variables.size()];
-    if (states[i] < variable.lower || states[i] > variable.upper) return true;
-  }
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (is_beyond_limits(robot.variables[i % robot.variables.size()], states[i])) return true;
   return false;
 }
 

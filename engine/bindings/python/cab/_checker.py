@@ -166,7 +166,7 @@ class CollisionChecker:
         if poses is None:
             poses = np.tile(np.array([0, 0, 0, 1, 0, 0, 0], dtype=np.float32), (links, 1))
         array = small_array(poses, "f4", "poses", (links, 7), f"({links}, 7)")
-        self._add("add_fixed", body._data, array.copy(), body.names)
+        self._add("add_fixed", body._data, array, body.names)
 
     def add_points(self, points: ArrayLike, radius: float, *, name: str = "points") -> None:
         """Adds points that stand still in the robot's frame, such as those of a depth camera, each as a ball.
@@ -178,14 +178,15 @@ class CollisionChecker:
         0.2 microseconds per point; then calls take 7 ns per point, and a state 3 to 90 microseconds: thin a cloud out.
         """
         array = small_array(points, "f4", "points", (None, 3), "(n, 3)")
-        self._add("add_points", array.copy(), radius, name)
+        self._add("add_points", array, radius, name)
 
     def _add(self, name: str, *arguments: Any) -> None:
         with self._lock:
             getattr(self._checker, name)(*arguments)
             if self._near is self._checker:
                 return
-            self._added.append((name, *arguments))
+            # Arrays may be the caller's, who may write into them.
+            self._added.append((name, *(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments)))
             if self._near is not None:
                 try:
                     getattr(self._near, name)(*arguments)
