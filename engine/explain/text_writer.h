@@ -13,7 +13,8 @@ namespace cab {
 
 class TextWriter {
  public:
-  explicit TextWriter(Span<char> text) : text_(text) {
+  // A text without data has no room, whatever its size.
+  explicit TextWriter(Span<char> text) : text_(text.data == nullptr ? Span<char>() : text) {
     if (!text_.empty()) text_[0] = 0;
   }
 

@@ -273,6 +273,7 @@ TEST_CASE("texts are cut where the buffer ends, and a 0 follows") {
     CHECK(std::count(text.begin() + static_cast<std::ptrdiff_t>(size), text.end(), 'x') ==
           static_cast<std::ptrdiff_t>(text.size() - size));
   }
+  CHECK(explain_job(*setting.engine, setting.job, {nullptr, 100}) == length);
   FrameStats stats;
   stats.seconds_total = 0.0025;
   stats.candidates = 12345;
