@@ -125,12 +125,10 @@ class JobSearch {
     if (slot == 0 || slot > engine_.batches.size())
       return text_.add(".batch names slot %zu of %zu", slot, engine_.batches.size());
     if (!engine_.batches[slot - 1]->in_use()) return text_.add(".batch names slot %zu, which is empty", slot);
-    if (id.value >> 48 != engine_.number) return text_.add(".batch is of another engine");
-    text_.add(".batch names what was in slot %zu before", slot);
+    text_.add(".batch names what was in slot %zu before, or is of another engine", slot);
   }
 
   void describe_poses(const PoseView& poses, std::size_t link_count) {
-    if (!poses.data) return text_.add(".poses.data is null");
     if (poses.format > PoseFormat::kMatrix4x4Columns)
       return text_.add(".poses.format is %u", static_cast<unsigned>(poses.format));
     if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation)
@@ -139,6 +137,7 @@ class JobSearch {
     const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
     if (link_stride % 4 || link_stride < pose_bytes || std::uint64_t{link_stride} > std::uint64_t{1} << 32)
       return text_.add(".poses.link_stride is %zu, for poses of %zu bytes", link_stride, pose_bytes);
+    if (!poses.data) return text_.add(".poses.data is null");
     text_.add(".poses.instance_stride is %zu, for %zu links of %zu bytes", poses.instance_stride, link_count,
               link_stride);
   }

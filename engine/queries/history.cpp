@@ -35,7 +35,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kTilesAlone = 16;
 
 bool has_history(const Engine& engine, HistoryId id) {
-  return index_of(id.value, engine, engine.histories) < engine.histories.size();
+  return index_of(id.value, engine.histories) < engine.histories.size();
 }
 
 // ------------------------------------------------------------------------------------------------------------- room
@@ -323,7 +323,7 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
       return Status::kBadBatchKind;
     if (desc.ticks == 0 || desc.ticks > kMaxTicks) return Status::kBadTicks;
     StoredHistoryPtr made = make_history(engine.allocator);
-    made->batch.value = id_of(slot, engine, engine.batches);
+    made->batch.value = id_of(slot, engine.batches);
     make_ring(batch, desc.ticks, *made);
     const HistoryMemory* const past = engine.readers[0]->past.get();
     const std::size_t links = std::max<std::size_t>(batch.articulation->link_count, past ? past->links : 0);
@@ -347,7 +347,7 @@ Status add_history(Engine& engine, const HistoryDesc& desc, HistoryId* out) noex
     }
     for (const auto& reader : engine.readers) reader->past->asked.reserve(engine.histories.size());
     fill_slot(std::move(made), engine.histories[index]);
-    out->value = id_of(index, engine, engine.histories);
+    out->value = id_of(index, engine.histories);
     return Status::kOk;
   });
 }
@@ -360,7 +360,6 @@ Status remove_history(Engine& engine, HistoryId id) noexcept {
   slot.batch = {};
   slot.ring = {};
   slot.arena.release();
-  ++slot.generation;
   return Status::kOk;
 }
 

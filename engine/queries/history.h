@@ -55,9 +55,9 @@ struct StoredHistory {
   // Whether the slot holds a history.
   bool in_use() const { return batch.value != 0; }
 
-  std::uint16_t generation = 0;  // how many histories the slot held before
-  Arena arena;                   // owns the spans below and those of the moments
-  BatchId batch;                 // never a bare slot
+  std::uint32_t serial = 0;  // of the id
+  Arena arena;               // owns the spans below and those of the moments
+  BatchId batch;             // never a bare slot
   const Articulation* articulation = nullptr;
   std::uint32_t instances = 0;         // of the batch
   Span<HistoryTick> ring;              // one more than are kept: that of a call that fails is none of them

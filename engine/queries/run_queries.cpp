@@ -43,7 +43,7 @@ Status bind_histories(const Engine& engine, Call& call, Span<const HistoryId> hi
   if (past) past->asked.clear();
   if (histories.size && !histories.data) return Status::kUnknownHistory;
   for (const HistoryId id : histories) {
-    const std::size_t index = index_of(id.value, engine, engine.histories);
+    const std::size_t index = index_of(id.value, engine.histories);
     if (index == engine.histories.size()) return Status::kUnknownHistory;
     const StoredHistory& history = *engine.histories[index];
     if (!has_batch(engine, history.batch)) return Status::kUnknownBatch;

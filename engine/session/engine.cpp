@@ -18,16 +18,9 @@
 #include "layout/fit_box.h"
 
 #include <algorithm>
-#include <atomic>
 
 namespace cab {
 namespace {
-
-// A number from 1 to 65535 that differs from those of the engines made before.
-std::uint16_t next_engine_number() {
-  static std::atomic<std::uint32_t> made{0};
-  return static_cast<std::uint16_t>(made.fetch_add(1, std::memory_order_relaxed) % 65535 + 1);
-}
 
 // Empties the slot of a batch.
 void clear_slot(StoredBatch& slot) {
@@ -73,7 +66,7 @@ Status store_batch(Engine& engine, BatchKind kind, std::uint32_t count, std::uni
     throw;
   }
   forget_rest(engine);
-  out->value = id_of(index, engine, engine.batches);
+  out->value = id_of(index, engine.batches);
   return Status::kOk;
 }
 
@@ -90,7 +83,6 @@ Status create_engine(const EngineDesc& desc, Engine** out) noexcept {
       return Status::kBadScheduler;
     if (desc.profiler && (!desc.profiler->begin || !desc.profiler->end)) return Status::kBadProfiler;
     auto engine = std::make_unique<Engine>();
-    engine->number = next_engine_number();
     engine->allocator = desc.allocator ? *desc.allocator : default_allocator();
     if (desc.profiler) engine->profiler = *desc.profiler;
     engine->kernels = kernels;
@@ -198,14 +190,13 @@ Status remove_batch(Engine& engine, BatchId id) noexcept {
   StoredBatch& slot = *engine.batches[slot_of(id).value - 1];
   forget_rest(engine);
   clear_slot(slot);
-  ++slot.generation;
   return Status::kOk;
 }
 
 Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
   const Call call(engine);
   if (!call.admitted()) return Status::kBusy;
-  const std::size_t index = index_of(id.value, engine, engine.articulations);
+  const std::size_t index = index_of(id.value, engine.articulations);
   if (index == engine.articulations.size()) return Status::kUnknownArticulation;
   StoredArticulation& slot = *engine.articulations[index];
   const auto is_of = [&slot](const Articulation* one) { return one == &slot.articulation; };
@@ -219,7 +210,6 @@ Status remove_articulation(Engine& engine, ArticulationId id) noexcept {
   slot.convex_shapes = {};
   slot.fcl_shapes.reset();
   slot.arena.release();
-  ++slot.generation;
   return Status::kOk;
 }
 
@@ -267,7 +257,7 @@ Status batch_info(const Engine& engine, BatchId id, BatchInfo* out) noexcept {
   *out = {{}, batch.capacity, batch.kind, is_static(batch)};
   for (std::size_t i = 0; i < engine.articulations.size(); ++i)
     if (&engine.articulations[i]->articulation == batch.articulation)
-      out->articulation.value = id_of(i, engine, engine.articulations);
+      out->articulation.value = id_of(i, engine.articulations);
   return Status::kOk;
 }
 

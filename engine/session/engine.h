@@ -26,8 +26,8 @@ struct StoredArticulation {
   // Whether the slot holds an articulation.
   bool in_use() const { return articulation.link_count != 0; }
 
-  std::uint16_t generation = 0;  // how many articulations the slot held before
-  Arena arena;                   // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
+  std::uint32_t serial = 0;  // of the id
+  Arena arena;               // owns the memory of `articulation`, `link_bounds` and `convex_shapes`
   Articulation articulation;
   LinkBounds link_bounds;
   ConvexShapes convex_shapes;
@@ -140,7 +140,6 @@ struct Holders {
 struct Engine {
   Allocator allocator;
   Profiler profiler;                                               // without functions if there is none
-  std::uint16_t number = 0;                                        // tells engines apart; never 0
   const kernel::KernelTable* kernels = nullptr;                    // of the instruction set that the engine runs
   std::vector<std::unique_ptr<StoredArticulation>> articulations;  // by slot - 1
   std::vector<std::unique_ptr<StoredBatch>> batches;               // by slot - 1
@@ -170,22 +169,22 @@ struct Engine {
 
 // The id of what is in a slot.
 template <class Slots>
-std::uint64_t id_of(std::size_t index, const Engine& engine, const Slots& slots) {
-  return (index + 1) | std::uint64_t{slots[index]->generation} << 32 | std::uint64_t{engine.number} << 48;
+std::uint64_t id_of(std::size_t index, const Slots& slots) {
+  return (index + 1) | std::uint64_t{slots[index]->serial} << 32;
 }
 
 // The index of the slot that an id names, or the number of slots if it names none that is in use. slots: batches or
 // articulations of the engine. An id that is more than a slot must be the one that was given out last.
 template <class Slots>
-std::size_t index_of(std::uint64_t id, const Engine& engine, const Slots& slots) {
+std::size_t index_of(std::uint64_t id, const Slots& slots) {
   const auto index = static_cast<std::size_t>(static_cast<std::uint32_t>(id)) - 1;
   if (index >= slots.size() || !slots[index]->in_use()) return slots.size();
-  return id >> 32 == 0 || id == id_of(index, engine, slots) ? index : slots.size();
+  return id >> 32 == 0 || id == id_of(index, slots) ? index : slots.size();
 }
 
 // Whether an id names a batch of the engine.
 inline bool has_batch(const Engine& engine, BatchId id) {
-  return index_of(id.value, engine, engine.batches) < engine.batches.size();
+  return index_of(id.value, engine.batches) < engine.batches.size();
 }
 
 // Returns what the steps of a frame read. run_frame passes resolved policies.

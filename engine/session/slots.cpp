@@ -2,10 +2,18 @@
 
 #include "layout/round_body.h"
 
+#include <atomic>
+
 namespace cab {
 
+std::uint32_t next_serial() {
+  static std::atomic<std::uint32_t> given{0};
+  const std::uint32_t serial = given.fetch_add(1, std::memory_order_relaxed) + 1;
+  return serial ? serial : next_serial();  // an id with 0 would be a bare slot
+}
+
 const StoredArticulation* find_stored(const Engine& engine, ArticulationId id) {
-  const std::size_t index = index_of(id.value, engine, engine.articulations);
+  const std::size_t index = index_of(id.value, engine.articulations);
   return index < engine.articulations.size() ? engine.articulations[index].get() : nullptr;
 }
 
@@ -26,7 +34,7 @@ void store_articulation(std::unique_ptr<StoredArticulation> made, Engine& engine
   made->articulation.leaf_pairs_within = count_leaf_pairs_within(made->articulation);
   const std::size_t index = free_slot(engine.allocator, engine.articulations);
   fill_slot(std::move(made), engine.articulations[index]);
-  out->value = id_of(index, engine, engine.articulations);
+  out->value = id_of(index, engine.articulations);
 }
 
 }  // namespace cab

@@ -19,10 +19,13 @@ std::size_t free_slot(const Allocator& allocator, std::vector<StoredPtr>& slots)
   return index;
 }
 
-// Puts what was made in place of what a slot holds, in its next generation.
+// The next serial number of an id, from 1 on. Engines share the numbers, so that an id is of one engine only.
+std::uint32_t next_serial();
+
+// Puts what was made in place of what a slot holds, under an id of its own.
 template <class StoredPtr>
 void fill_slot(StoredPtr made, StoredPtr& slot) {
-  made->generation = slot->generation;
+  made->serial = next_serial();
   slot = std::move(made);
 }
 

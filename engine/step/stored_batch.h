@@ -71,8 +71,8 @@ struct StoredBatch {
   // Whether the slot holds a batch. If not, it has no instances.
   bool in_use() const { return batch.articulation != nullptr; }
 
-  std::uint16_t generation = 0;  // how many batches the slot held before
-  Arena arena;                   // owns the arrays of `batch`
+  std::uint32_t serial = 0;  // of the id
+  Arena arena;               // owns the arrays of `batch`
   InstanceBatch batch;
   CrowdBatch crowd;                             // its arrays are in `arena`
   StaticBodiesPtr statics;                      // null unless the instances are static bodies

@@ -171,6 +171,27 @@ TEST_CASE("an id that is stale, of another engine, or of nothing is refused by e
   CHECK(engine_memory(*engine, nullptr) == Status::kBadOutput);
 }
 
+TEST_CASE("ids of removed batches stay refused, however many batches are added in their place") {
+  Random random(7);
+  const Member member = any_body(random);
+  const EnginePtr engine = make_engine();
+  const Living first = add(*engine, member);
+  HistoryId history;
+  REQUIRE(add_history(*engine, {first.batch, 2}, &history) == Status::kOk);
+  REQUIRE(remove_batch(*engine, first.batch) == Status::kOk);
+  BatchId id;
+  for (std::uint32_t added = 0; added < 70'000; ++added) {  // more than 2^16
+    REQUIRE(add_batch(*engine, {first.articulation, 1, BatchKind::kCharacters}, &id) == Status::kOk);
+    REQUIRE(id.value != first.batch.value);
+    BatchInfo info;
+    REQUIRE(batch_info(*engine, first.batch, &info) == Status::kUnknownBatch);
+    REQUIRE(remove_batch(*engine, id) == Status::kOk);
+  }
+  REQUIRE(add_batch(*engine, {first.articulation, 1, BatchKind::kCharacters}, &id) == Status::kOk);
+  CHECK(slot_of(id) == slot_of(first.batch));
+  CHECK(record_tick(*engine, history, member.poses.input(id), 1) == Status::kUnknownBatch);
+}
+
 TEST_CASE("after reserve, adding batches within it makes no new memory of workers") {
   Random random(3);
   CountedMemory counted;

@@ -501,8 +501,8 @@ enum {
 
 // ------------------------------------------------------------------------------------------------------ basic types
 
-// An articulation and a batch of one engine. An id holds a slot in its lower 32 bits, then 16 bits that tell apart what
-// was in the slot one after the other, and 16 bits that tell engines apart. An id whose articulation or batch has been
+// An articulation and a batch of one engine. An id holds a slot in its lower 32 bits, and in its upper 32 a serial
+// number, which differs for all ids of a process until 2^32 were given out. An id whose articulation or batch has been
 // removed, or that is of another engine, is refused. A bare slot is an id too: that of whatever is in the slot. What is
 // added takes the lowest free slot; slots count from 1. The value 0 (default) names nothing.
 typedef struct cab_ArticulationId {

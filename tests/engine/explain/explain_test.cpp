@@ -95,7 +95,7 @@ const Fault kFaults[] = {
     {"removed", [](Setting& s) { REQUIRE(remove_batch(*s.engine, s.inputs[1].batch) == Status::kOk); },
      "inputs[1].batch names slot 2, which is empty: "},
     {"other engine", [](Setting& s) { s.inputs[0].batch.value = 1 | std::uint64_t{0xfffe} << 48; },
-     "inputs[0].batch is of another engine: "},
+     "inputs[0].batch names what was in slot 1 before, or is of another engine: "},
     {"twice", [](Setting& s) { s.inputs[1].batch = {1}; }, "inputs[1].batch is that of inputs[0] too: "},
     {"static", [](Setting& s) { s.inputs[1].batch = {5}; },
      "inputs[1] is of static bodies and has more than a batch and layers: "},
