@@ -107,9 +107,7 @@ Status make_own_part(DistributedEngine& engine, const DistributedJob& job, OwnPa
     const std::uint32_t at = slot(given.input.batch);
     if (engine.batches[at - 1].is_static() || part.batches[at - 1].count > 0) continue;
     BatchInput& none = part.inputs.emplace_back();
-    static constexpr float kNoPose[16] = {};
     none.batch = {at};
-    none.poses.data = kNoPose;
     none.count = 0;
   }
   for (const PairRule& rule : job.rules) {

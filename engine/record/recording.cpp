@@ -275,8 +275,7 @@ void Recording::Storage::read_input(const format::Input& table, const Source& so
     const std::uint64_t links = articulations[batch.articulation]->view().link_count;
     if (values.size != count * links * pose_floats(input.poses.format))
       refuse("poses of batch " + std::to_string(table.batch()) + " are of another number of links or instances");
-    static constexpr float kNoPose = 0;  // the engine asks for data even for no instance
-    input.poses.data = values.empty() ? &kNoPose : values.data;
+    input.poses.data = values.data;
     input.origins = span_of(arrays.origins());
     input.orientations = span_of(arrays.orientations());
     input.scales = span_of(arrays.scales());

@@ -84,8 +84,8 @@ Status validate_states(const BatchInput& input, const InstanceBatch& batch) {
 
 bool needs_contacts(const FrameJob& job) { return !job.contacts.empty() || job.min_depth > 0; }
 
-bool valid_poses(const PoseView& poses, std::size_t link_count) {
-  if (!poses.data || poses.format > PoseFormat::kMatrix4x4Columns) return false;
+bool valid_poses(const PoseView& poses, std::size_t link_count, bool needs_data) {
+  if ((needs_data && !poses.data) || poses.format > PoseFormat::kMatrix4x4Columns) return false;
   if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
   // In 64 bits, which hold the product below where std::size_t has 32.
   const std::uint64_t pose_bytes = pose_floats(poses.format) * sizeof(float);
@@ -105,8 +105,8 @@ Status validate_input(const Engine& engine, const BatchInput& input, Needs needs
     needs = Needs::kNothing;
   }
   const bool needs_poses = needs == Needs::kPoses || needs == Needs::kPosesOfFrame;
-  if (needs_poses && !valid_poses(input.poses, batch.articulation->link_count)) return Status::kBadPoses;
   const std::size_t most = batch.capacity, n = input.count == kAllInstances ? most : input.count;
+  if (needs_poses && !valid_poses(input.poses, batch.articulation->link_count, n > 0)) return Status::kBadPoses;
   if (n > most) return Status::kBadCount;
   // Whether an array is empty, or has data and `per_instance` entries for each instance. In 64 bits, which hold the
   // products where std::size_t has 32.
