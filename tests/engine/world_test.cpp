@@ -465,6 +465,106 @@ TEST_CASE("queries ask the world's inputs, and find room for themselves and for 
   CHECK(world.query_hits().empty());
 }
 
+TEST_CASE("queries of a world have the places of hits on skins if they are wanted, however many hits there are") {
+  World world;
+  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0}, weights[] = {1, 1, 1};
+  const std::uint32_t triangle[] = {0, 1, 2}, links[] = {0, 0, 0};
+  Leaf leaf;
+  leaf.triangles = triangle;
+  ArticulationDesc desc;
+  desc.link_parents = kOneLink;
+  desc.leaves = {&leaf, 1};
+  desc.skin = {vertices, 1, links, weights, {}};
+  BatchId batch;
+  REQUIRE(world.add_batch(desc, 700, &batch) == Status::kOk);
+  std::vector<float> poses;
+  std::vector<double> origins;
+  for (int i = 0; i < 700; ++i) {
+    poses.insert(poses.end(), kPose, kPose + 7);
+    origins.insert(origins.end(), {0, 0, .01 * i});
+  }
+  world.input(batch)->poses.data = poses.data();
+  world.input(batch)->origins = origins;
+  Query ray;
+  ray.want = QueryWant::kAll;
+  for (int c = 0; c < 3; ++c) ray.position[c] = c < 2 ? .25 : -1;
+  ray.direction[2] = 1;
+  ray.length = 100;
+  QueryJob job;
+  job.queries = {&ray, 1};
+  job.exact = Exact::kSurface;
+  REQUIRE(world.run_queries(job) == Status::kOk);
+  CHECK(world.query_hits().size == 700);
+  CHECK(world.surface_points().empty());
+  world.want_surface_points();
+  for (int time = 0; time < 2; ++time) {
+    REQUIRE(world.run_queries(job) == Status::kOk);
+    REQUIRE(world.query_hits().size == 700);
+    REQUIRE(world.surface_points().size == 700);
+    for (const SurfacePoint& point : world.surface_points()) CHECK(point.triangle == 0);
+  }
+  world.want_surface_points(false);
+  REQUIRE(world.run_queries(job) == Status::kOk);
+  CHECK(world.surface_points().empty());
+}
+
+TEST_CASE("a batch whose count is 0 needs no poses") {
+  World world;
+  Cubes cubes, none;
+  REQUIRE(cubes.add(world, 10) == Status::kOk);
+  REQUIRE(none.add(world, 5) == Status::kOk);
+  REQUIRE(world.add_rule({cubes.batch, none.batch}) == Status::kOk);
+  BatchInput& input = *world.input(none.batch);
+  input.poses.data = nullptr;
+  CHECK(world.run() == Status::kBadPoses);
+  input.count = 0;
+  for (const BatchKind kind : {BatchKind::kCharacters, BatchKind::kSequence}) {
+    if (kind == BatchKind::kSequence) {
+      BatchId sequence;
+      const Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {1, 1, 1}), {}};
+      REQUIRE(world.add_batch({kOneLink, {}, {&leaf, 1}, {}}, 3, &sequence, nullptr, kind) == Status::kOk);
+      world.input(sequence)->count = 0;
+    }
+    REQUIRE(world.run() == Status::kOk);
+    CHECK(world.hits().size == 9);
+  }
+  world.input(none.batch)->poses.format = static_cast<PoseFormat>(9);
+  CHECK(world.run() == Status::kBadPoses);
+}
+
+TEST_CASE("while a frame is in progress a world refuses to change, and its inputs and rules stay where they are") {
+  World world;
+  Cubes cubes;
+  REQUIRE(cubes.add(world, 10) == Status::kOk);
+  REQUIRE(world.run() == Status::kOk);
+  REQUIRE(begin_frame(world.engine(), world.job()) == Status::kOk);
+  const Span<BatchInput> inputs = world.inputs();
+  const Span<PairRule> rules = world.rules();
+  const Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {1, 1, 1}), {}};
+  const ArticulationDesc body = {kOneLink, {}, {&leaf, 1}, {}};
+  StaticBody block;
+  block.box = leaf.box;
+  StaticDesc statics;
+  statics.bodies = {&block, 1};
+  BatchId id;
+  for (int time = 0; time < 20; ++time) {
+    CHECK(world.add_batch(body, 1, &id) == Status::kBusy);
+    CHECK(world.add_static_batch(statics, &id) == Status::kBusy);
+    CHECK(world.add_rule({cubes.batch, cubes.batch, Pairing::kWithin}) == Status::kBusy);
+    CHECK(world.remove_batch(cubes.batch) == Status::kBusy);
+  }
+  CHECK(world.inputs().data == inputs.data);
+  CHECK(world.rules().data == rules.data);
+  std::uint32_t count = 0;
+  while (next_tasks(world.engine(), &count) == Status::kOk && count > 0)
+    for (std::uint32_t t = 0; t < count; ++t) REQUIRE(run_task(world.engine(), t, 0) == Status::kOk);
+  REQUIRE(end_frame(world.engine()) == Status::kOk);
+  CHECK(world.job().hit_count == 9);
+  for (int time = 0; time < 20; ++time) REQUIRE(world.add_batch(body, 1, &id) == Status::kOk);
+  REQUIRE(world.add_rule({cubes.batch, cubes.batch, Pairing::kWithin}) == Status::kOk);
+  CHECK(world.rules().size == 2);
+}
+
 TEST_CASE("calls that take a job take the world's: frames by tasks, candidates, words") {
   World world;
   Cubes cubes;

@@ -79,7 +79,8 @@ class World {
   const Engine& engine() const noexcept { return *engine_; }
 
   // Adds an articulation and a batch of `count` instances of it, and writes the batch's id to *out, which must not be
-  // null. The articulation goes with its last batch. If desc is refused, *bad_element (may be null) says which element
+  // null. The articulation goes with its last batch, or with the world if a level of detail was added to it. If desc is
+  // refused, *bad_element (may be null) says which element
   // is at fault, as in cab::add_articulation. Statuses: those of cab::add_articulation and cab::add_batch.
   [[nodiscard]] Status add_batch(const ArticulationDesc& desc, std::uint32_t count, BatchId* out,
                                  std::uint32_t* bad_element = nullptr,
@@ -114,7 +115,7 @@ class World {
   Span<BatchInput> inputs() noexcept { return inputs_.span(); }
 
   // Adds a rule, such as {crowd, crowd}. Without rules a frame has no hits. What the two batches cannot have is refused
-  // by run(). Statuses: kUnknownBatch.
+  // by run(). Statuses: kBusy, kUnknownBatch.
   [[nodiscard]] Status add_rule(const PairRule& rule) noexcept;
 
   // All rules, in the order in which they were added. Valid until one is added or a batch is removed.
@@ -145,13 +146,20 @@ class World {
   // The contact of each of these hits, if contacts were computed, else empty. Valid as long as the hits.
   Span<const Contact> contacts() const noexcept { return {contacts_.data.get(), contacts_.size}; }
 
-  // Answers queries about the world's inputs, as cab::run_queries does. Sets `inputs`, `hits` and `links` of the job.
-  // Makes room for 256 queries at a time, unless some was reserved, and for all hits. Statuses: those of
+  // Whether queries from now on compute where on a skin's triangles each hit is. Default: they do not.
+  void want_surface_points(bool wanted = true) noexcept { wants_surface_points_ = wanted; }
+
+  // Answers queries about the world's inputs, as cab::run_queries does. Sets all outputs of the job for hits. Makes room for 256 queries at a time, unless some was reserved, and for all hits. Statuses: those of
   // cab::run_queries without kHitsOverflow and kNoQueryMemory.
   [[nodiscard]] Status run_queries(QueryJob& job) noexcept;
 
   // The hits of the last run_queries(), in their order; none if it was not kOk. Valid until the next one.
   Span<const QueryHit> query_hits() const noexcept { return {query_hits_.data.get(), query_hits_.size}; }
+
+  // The place of each of these hits, if places were computed, else empty. Valid as long as the hits.
+  Span<const SurfacePoint> surface_points() const noexcept {
+    return {surface_points_.data.get(), surface_points_.size};
+  }
 
  private:
   // An array that grows without exceptions. Beyond `size` its values are unspecified. T is trivially copyable.
@@ -195,6 +203,9 @@ class World {
   BatchInput* first_from(BatchSlot slot) noexcept;
   bool computes_contacts() const noexcept { return wants_contacts_ || job_.report == Report::kDistances; }
   bool reserve_hits(std::size_t count) noexcept;
+  bool reserve_query_hits(std::size_t count) noexcept;
+  // Whether a frame is in progress, which reads the rules: then the engine refuses to remove what is not there, too.
+  bool is_busy() noexcept { return remove_articulation(*engine_, {}) == Status::kBusy; }
   template <class Add>
   Status add(BatchId* out, Add add) noexcept;
 
@@ -209,7 +220,9 @@ class World {
   bool wants_contacts_ = false;
   Array<Hit> hits_;
   Array<Contact> contacts_;
+  bool wants_surface_points_ = false;
   Array<QueryHit> query_hits_;
+  Array<SurfacePoint> surface_points_;
 };
 
 inline World::World(const EngineDesc& desc) noexcept {
@@ -241,9 +254,16 @@ template <class Add>
 Status World::add(BatchId* out, Add add) noexcept {
   if (!engine_) return no_engine_;
   if (!out) return Status::kBadOutput;
-  if (!inputs_.reserve(inputs_.size + 1)) return Status::kOutOfMemory;
+  // A frame in progress reads the inputs, so they move once the engine has taken the batch.
+  Array<BatchInput> larger;
+  if (inputs_.size == inputs_.capacity && !larger.reserve(2 * inputs_.size + 1)) return Status::kOutOfMemory;
   BatchInput input;
   if (const Status status = add(&input.batch); status != Status::kOk) return status;
+  if (larger.capacity) {
+    std::copy(inputs_.begin(), inputs_.end(), larger.begin());
+    larger.size = inputs_.size;
+    inputs_ = std::move(larger);
+  }
   inputs_.insert(first_from(slot_of(input.batch)), input);
   *out = input.batch;
   return Status::kOk;
@@ -298,6 +318,7 @@ inline Status World::add_rule(const PairRule& rule) noexcept {
   if (!engine_) return no_engine_;
   const BatchInput *const a = input(rule.a), *const b = input(rule.b);
   if (!a || !b) return Status::kUnknownBatch;
+  if (is_busy()) return Status::kBusy;
   if (!rules_.reserve(rules_.size + 1)) return Status::kOutOfMemory;
   rules_.insert(rules_.end(), {a->batch, b->batch, rule.pairing, rule.resting});
   return Status::kOk;
@@ -341,14 +362,23 @@ inline Status World::run() noexcept {
   return status;
 }
 
+inline bool World::reserve_query_hits(std::size_t count) noexcept {
+  return query_hits_.reserve(count) && (!wants_surface_points_ || surface_points_.reserve(query_hits_.capacity));
+}
+
 inline Status World::run_queries(QueryJob& job) noexcept {
   if (!engine_) return no_engine_;
-  query_hits_.size = 0;
-  if (!query_hits_.reserve(kFirstHits)) return Status::kOutOfMemory;
+  query_hits_.size = surface_points_.size = 0;
+  if (!reserve_query_hits(kFirstHits)) return Status::kOutOfMemory;
   job.inputs = inputs_.span();
   job.links = {};
   const auto run = [&] {
     job.hits = {query_hits_.data.get(), query_hits_.capacity};
+    job.surface_points = {};
+    if (wants_surface_points_) {
+      job.hits.size = std::min(query_hits_.capacity, surface_points_.capacity);
+      job.surface_points = {surface_points_.data.get(), job.hits.size};
+    }
     return cab::run_queries(*engine_, job);
   };
   Status status = run();
@@ -359,10 +389,13 @@ inline Status World::run_queries(QueryJob& job) noexcept {
     if (status == Status::kOk) status = run();
   }
   if (status == Status::kHitsOverflow) {
-    if (!query_hits_.reserve(job.hits_needed + job.hits_needed / 4)) return Status::kOutOfMemory;
+    if (!reserve_query_hits(job.hits_needed + job.hits_needed / 4)) return Status::kOutOfMemory;
     status = run();
   }
-  if (status == Status::kOk) query_hits_.size = job.hit_count;
+  if (status == Status::kOk) {
+    query_hits_.size = job.hit_count;
+    surface_points_.size = job.surface_points.empty() ? 0 : job.hit_count;
+  }
   return status;
 }
 
