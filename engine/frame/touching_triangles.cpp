@@ -71,7 +71,6 @@ Status find_touching_triangles(Engine& engine, Span<const BatchInput> inputs, Sp
                                Span<TouchingTriangles> out, std::size_t* found) noexcept {
   return guarded([&] {
     if (!found) return Status::kBadOutput;
-    *found = 0;
     Call call(engine, Access::kReads);
     if (!call.admitted()) return Status::kBusy;
     const kernel::FloatMode mode;

@@ -765,6 +765,10 @@ TEST_CASE("triangles that touch are listed for every pair of links, in order, on
       CHECK(needed == size);
     }
     CHECK(find_touching_triangles(*crowd.engine, {&input, 1}, pairs, found, nullptr) == Status::kBadOutput);
+    const Hit nobody = {{9}, 0, {1}, 0, 0, 0, 0, 0};
+    std::size_t kept = 12345;
+    CHECK(find_touching_triangles(*crowd.engine, {&input, 1}, {&nobody, 1}, found, &kept) == Status::kBadPairs);
+    CHECK(kept == 12345);
   }
   CHECK(seen >= least_count(1000, 20));
 }
