@@ -196,6 +196,20 @@ test('markers have the columns of the report, one row per interval, in metres an
   assert.match(without.split('\n')[1]!, /,0\.03125,0\.0625,,,1,0\.03125,,,,$/);
 });
 
+test('no text of the markers is a formula, and numbers stay numbers', async () => {
+  const recording = recordingOf([[ARM_ARM]]), {pairs, times} = await indexOf(recording);
+  const written = (file: string): string =>
+    markersOf(recording, file, new Names(recording), pairs, times).split('problem\n')[1]!.split(',ann,lower,')[0]!;
+  for (const text of ['=1+2', '+x', '-x', '@x', '\tx', "'=x", '-2+3', '-.5', '+-1', '-1e', '-inf', '+', '-1 ']) {
+    assert.equal(written(text), `'${text}`);
+  }
+  assert.equal(written('\nx'), '"\'\nx"');
+  for (const text of ['-1', '+3', '-1.5e-3', '-1.', '+2E+9', '-1e999', 'a-b', 'left=right']) {
+    assert.equal(written(text), text);
+  }
+  assert.equal(written('=A1,"x"'), '"\'=A1,""x"""');
+});
+
 test('frames without a length are states, unless their times rise', () => {
   const player = new Player(3, 0, () => undefined);
   assert.equal(player.hasTimes, false);

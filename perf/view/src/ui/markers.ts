@@ -11,8 +11,12 @@ const COLUMNS = [
   'problem',
 ];
 
+const NUMBER = /^[+-]?\d+(\.\d*)?(e[+-]?\d+)?$/i;
+
+// No text is a formula of a spreadsheet: docs/command.md has the rule.
 const field = (value: string | number | null): string => {
-  const text = value === null || (typeof value === 'number' && !Number.isFinite(value)) ? '' : String(value);
+  const plain = value === null || (typeof value === 'number' && !Number.isFinite(value)) ? '' : String(value);
+  const text = /^[=+\-@'\t\r\n]/.test(plain) && !NUMBER.test(plain) ? `'${plain}` : plain;
   return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 };
 
