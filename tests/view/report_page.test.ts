@@ -1,20 +1,14 @@
 // The report in a browser: from file://, without a network, by mouse and by keyboard. It needs Chromium, and the page
 // in the folder of the build.
 import assert from 'node:assert/strict';
-import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
-import {tmpdir} from 'node:os';
-import {join} from 'node:path';
 import test, {after, before} from 'node:test';
-import {fileURLToPath, pathToFileURL} from 'node:url';
-import puppeteer, {type Browser, type Page} from 'puppeteer-core';
+import type {Page} from 'puppeteer-core';
 import {readRecording} from '../../perf/view/src/recording/reader.js';
 import type {Report, ReportInterval, ReportPair} from '../../perf/view/src/report/types.js';
 import {hitAt, hitCount} from '../../perf/view/src/scene/hits.js';
-import type {} from '../../perf/view/src/ui/page_api.js';
+import {type OpenPage, openPage, recordingElement} from './chromium.js';
 import {fixture} from './fixture.js';
 
-const VIEWER = fileURLToPath(new URL('../cab_view.html', import.meta.url));
-const CHROMIUM = process.env['CAB_CHROMIUM'] ?? '/usr/bin/chromium';
 const RECORDING = 'avx512.cab';
 const INTERVALS = 250;
 
@@ -53,35 +47,17 @@ function madeReport(): Report {
   };
 }
 
-const folder = mkdtempSync(join(tmpdir(), 'cab-report-page-'));
-const errors: string[] = [];
-let browser: Browser;
+let opened: OpenPage;
 let page: Page;
 
 before(async () => {
   const json = JSON.stringify(madeReport()).replaceAll('<', '\\u003c');
-  const data = `<script type="application/json" id="cab-report">${json}</script>\n` +
-      `<script type="application/octet-stream" class="cab-recording" data-name="first.cab">` +
-      `${Buffer.from(fixture(RECORDING)).toString('base64')}</script>`;
-  const path = join(folder, 'report.html');
-  writeFileSync(path, readFileSync(VIEWER, 'utf8').replace('<!--CAB-DATA-->', () => data));
-  browser = await puppeteer.launch({
-    executablePath: CHROMIUM, headless: true, userDataDir: join(folder, 'profile'),
-    args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--disable-quic', '--no-first-run',
-           '--disable-background-networking', '--disable-component-update', '--disable-sync'],
-  });
-  page = await browser.newPage();
-  await page.setViewport({width: 1280, height: 800});
-  page.on('console', (message) => { if (message.type() === 'error') errors.push(message.text()); });
-  page.on('pageerror', (error) => errors.push(String(error)));
-  page.on('request', (request) => { if (/^(https?|wss?):/.test(request.url())) errors.push(request.url()); });
-  await page.goto(pathToFileURL(path).href);
+  opened = await openPage(`<script type="application/json" id="cab-report">${json}</script>\n` +
+      recordingElement('first.cab', fixture(RECORDING)));
+  ({page} = opened);
 });
 
-after(async () => {
-  await browser?.close();
-  rmSync(folder, {recursive: true, force: true});
-});
+after(() => opened?.close());
 
 const SHOWN = '[role=tabpanel]:not([hidden])';
 
@@ -256,4 +232,4 @@ test('a row opens its recording at its frame with its pair, and the way back is 
   await page.waitForSelector('.report', {visible: true});
 });
 
-test('nothing was asked of a network, and nothing went wrong', () => assert.deepEqual(errors, []));
+test('nothing was asked of a network, and nothing went wrong', () => assert.deepEqual(opened.errors, []));
