@@ -9,7 +9,8 @@ import {CHARACTERS, COLORS} from '../../perf/view/src/scene/colors.js';
 import {placeBoxes} from '../../perf/view/src/scene/label_places.js';
 import {upAxis} from '../../perf/view/src/scene/up_axis.js';
 import {ContactIndex, contactOfPair, intervalAt} from '../../perf/view/src/ui/contact_index.js';
-import {changed, firstDifference, isAsRecorded, verdictOf} from '../../perf/view/src/ui/dial_state.js';
+import {changed, firstDifference, hasMargin, isAsRecorded, verdictOf} from '../../perf/view/src/ui/dial_state.js';
+import {depthText} from '../../perf/view/src/ui/format.js';
 import {markersOf} from '../../perf/view/src/ui/markers.js';
 import {Names} from '../../perf/view/src/ui/names.js';
 import {Player} from '../../perf/view/src/ui/player.js';
@@ -158,6 +159,18 @@ test('a dial with nothing set is as recorded', () => {
   assert.deepEqual(dial, {refit: 'cab', margin: 1});
   assert.equal(isAsRecorded(changed(dial, {refit: undefined, margin: undefined})), true);
   assert.equal(isAsRecorded(dial), false);
+});
+
+test('links that are apart may be hits with a margin: of the frame, of an instance or of the dial', () => {
+  const frame = recordingOf([[]]).frame(0);
+  const near = {...frame, settings: {...SETTINGS, margin: 0.5}};
+  const ofInstance = (margin: number): Frame =>
+    ({...frame, inputs: [inputOf(0, {margins: new Float32Array([0, margin])}), inputOf(1)]});
+  assert.deepEqual([frame, near, ofInstance(0), ofInstance(0.5)].map((one) => hasMargin(one, {})),
+                   [false, true, false, true]);
+  assert.deepEqual([hasMargin(frame, {margin: 0.5}), hasMargin(near, {margin: 0})], [true, false]);
+  assert.deepEqual([0.25, 0, -0.25].map((depth) => depthText(depth, 0.5)),
+                   ['125 mm deep', '0.00 mm deep', '125 mm apart']);
 });
 
 test('hashes are put into words', () => {

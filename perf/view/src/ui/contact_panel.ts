@@ -1,6 +1,6 @@
 // What touches in the shown frame, for people: which pair, how deep, how long.
 import {el, setText} from './dom.js';
-import {count, length, plural, seconds} from './format.js';
+import {count, depthText, length, plural, seconds} from './format.js';
 
 /** A pair of links in a frame. */
 export interface ShownPair {
@@ -10,7 +10,7 @@ export interface ShownPair {
   isSelected: boolean;
   /** Whether it touches in this frame. */
   touches: boolean;
-  /** In this frame. Null: it is not known. */
+  /** In this frame; below 0 they are apart. Null: it is not known. */
   depth: number | null;
   /** How many pairs of triangles of skins touch. Null: it is not known. */
   triangles: number | null;
@@ -43,14 +43,16 @@ export class ContactPanel {
       this.#kind, this.#name, this.#depth, this.#duration, this.#worst, this.#others);
   }
 
-  /** `others`: how many more pairs touch in the frame. */
-  show(frame: number, pair: ShownPair | null, others: number): void {
+  /** `others`: how many more pairs touch in the frame; with a margin, how many more are within it. */
+  show(frame: number, pair: ShownPair | null, others: number, hasMargin: boolean): void {
+    const touch = (isOne: boolean): string =>
+      hasMargin ? `${isOne ? 'is' : 'are'} within the margin` : isOne ? 'touches' : 'touch';
     setText(this.#kind, !pair ? this.#at(frame) : `${pair.isSelected ? 'Selected' : 'Worst'}, ${this.#at(frame)}`);
     setText(this.#name, pair ? pair.name : 'Nothing touches');
-    setText(this.#depth, pair ? this.#depthOf(pair) : '');
-    setText(this.#duration, pair ? this.#durationOf(pair) : '');
+    setText(this.#depth, pair ? this.#depthOf(pair, touch(true)) : '');
+    setText(this.#duration, pair ? this.#durationOf(pair, touch(true)) : '');
     setText(this.#worst, pair ? this.#worstOf(pair, frame) : '');
-    setText(this.#others, others === 0 ? '' : `${plural(others, 'more pair')} ${others === 1 ? 'touches' : 'touch'}`);
+    setText(this.#others, others === 0 ? '' : `${plural(others, 'more pair')} ${touch(others === 1)}`);
     this.#depth.classList.toggle('apart', pair !== null && (!pair.touches || (pair.depth ?? 0) < 0));
     for (const line of this.element.children) (line as HTMLElement).hidden = line.textContent === '';
   }
@@ -60,19 +62,16 @@ export class ContactPanel {
     return time === null ? `state ${count(frame)}` : `${seconds(time)}, frame ${count(frame)}`;
   }
 
-  #depthOf({touches, depth, triangles}: ShownPair): string {
+  #depthOf({touches, depth, triangles}: ShownPair, touch: string): string {
     if (!touches) return 'apart here';
-    if (depth !== null) {
-      const text = length(Math.abs(depth), this.#options.metresPerUnit);
-      return depth < 0 ? `${text} apart` : `${text} deep`;
-    }
-    return triangles === null || triangles === 0 ? 'touches' : `${plural(triangles, 'pair')} of triangles`;
+    if (depth !== null) return depthText(depth, this.#options.metresPerUnit);
+    return triangles === null || triangles === 0 ? touch : `${plural(triangles, 'pair')} of triangles`;
   }
 
-  #durationOf({interval, frames}: ShownPair): string {
+  #durationOf({interval, frames}: ShownPair, touch: string): string {
     const {timeOf} = this.#options;
     if (timeOf(0) === null) return frames === null ? '' : `in ${plural(frames, 'state')}`;
-    if (!interval) return frames === null ? '' : `touches in ${plural(frames, 'frame')}`;
+    if (!interval) return frames === null ? '' : `${touch} in ${plural(frames, 'frame')}`;
     const [from, to] = [timeOf(interval.first) ?? 0, timeOf(interval.last) ?? 0];
     const lasts = plural(interval.last - interval.first + 1, 'frame');
     return interval.first === interval.last ? `for one frame` :

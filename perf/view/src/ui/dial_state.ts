@@ -5,6 +5,10 @@ import {hitCount} from '../scene/hits.js';
 
 export const isAsRecorded = (dial: Dial): boolean => Object.values(dial).every((value) => value === undefined);
 
+/** Whether links that are apart may be hits of a frame, as a dial runs it. */
+export const hasMargin = ({settings, inputs}: Frame, dial: Dial): boolean =>
+  (dial.margin ?? settings.margin) > 0 || inputs.some(({margins}) => margins?.some((margin) => margin > 0));
+
 /** The dial with some fields set to others; undefined sets one back to what was recorded. */
 export function changed(dial: Dial, change: {[K in keyof Dial]?: Dial[K] | undefined}): Dial {
   const next: Record<string, string | number> = {};

@@ -25,6 +25,10 @@ export function length(value: number, metresPerUnit: number): string {
   return Math.abs(metres) < 1 ? `${(metres * 1000).toPrecision(3)} mm` : `${metres.toPrecision(3)} m`;
 }
 
+/** How deep links are in each other; below 0, how far apart they are. */
+export const depthText = (depth: number, metresPerUnit: number): string =>
+  `${length(Math.abs(depth), metresPerUnit)} ${depth < 0 ? 'apart' : 'deep'}`;
+
 export const plural = (value: number, one: string, many = `${one}s`): string =>
   `${count(value)} ${value === 1 ? one : many}`;
 

@@ -1,7 +1,7 @@
 // The list of pairs of links that touch, each with its own timeline.
 import {contactOfPair, type PairHistory} from './contact_index.js';
 import {el, prepareCanvas, setText} from './dom.js';
-import {count, length, plural} from './format.js';
+import {count, depthText, plural} from './format.js';
 import type {Names} from './names.js';
 import {drawIntervals} from './timeline.js';
 
@@ -102,7 +102,7 @@ export class PairList {
         onPick(pair, nearestContact(pair, frame));
       },
     });
-    const depth = pair.worstDepth === null ? '' : `, ${length(pair.worstDepth, metresPerUnit)} deep`;
+    const depth = pair.worstDepth === null ? '' : `, ${depthText(pair.worstDepth, metresPerUnit)}`;
     const button = el('button', {
       type: 'button', title: 'Go to the deepest contact of this pair, or to its next one',
       click: () => onPick(pair, pair !== this.#selected ? pair.worstFrame : nextContact(pair, pair.worstFrame)),

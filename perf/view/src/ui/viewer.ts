@@ -9,7 +9,7 @@ import {aboutOf} from './about.js';
 import {BoxChooser} from './boxes_shown.js';
 import {ContactIndex, contactOfPair, intervalAt, type PairHistory} from './contact_index.js';
 import {ContactPanel} from './contact_panel.js';
-import {isAsRecorded} from './dial_state.js';
+import {hasMargin, isAsRecorded} from './dial_state.js';
 import {el, setText} from './dom.js';
 import {canFilm, Film} from './film.js';
 import {count, hash, plural, timeLeft, wordsOf} from './format.js';
@@ -234,7 +234,8 @@ export class Viewer {
   }
 
   // The selected pair, else the worst one of the frame: the deepest, or that of most triangles.
-  #showContact(frame: Frame, {hits, contacts}: Pick<Frame, 'hits' | 'contacts'>, triangles: Uint32Array | null): void {
+  #showContact(frame: Frame, shown: Pick<Frame, 'hits' | 'contacts'>, triangles: Uint32Array | null): void {
+    const {hits, contacts} = shown, withMargin = hasMargin(frame, shown === frame ? {} : this.live.dial);
     const total = hitCount(hits), {pair} = this.#selection;
     const counts = triangles && countsOf(triangles, total);
     const badness = (i: number): number => contacts ? depthAt(contacts, i) : counts?.[i] ?? 0;
@@ -244,7 +245,7 @@ export class Viewer {
     }
     const links = pair ?? (hit >= 0 ? hitAt(hits, hit) : null);
     if (!links) {
-      this.#contactPanel.show(frame.index, null, 0);
+      this.#contactPanel.show(frame.index, null, 0, withMargin);
       return;
     }
     const batches = [links.slotA, links.slotB].map((slot) => this.#stage.batchOfSlot(slot) ?? -1) as [number, number];
@@ -260,7 +261,7 @@ export class Viewer {
       interval: isRead ? intervalAt(history, frame.index) : null,
       frames: isRead ? history.frames : null,
       worst: isRead && history.worstDepth !== null ? {frame: history.worstFrame, depth: history.worstDepth} : null,
-    }, total - (hit >= 0 ? 1 : 0));
+    }, total - (hit >= 0 ? 1 : 0), withMargin);
   }
 
   async #savePicture(): Promise<void> {
