@@ -2,11 +2,16 @@
 // scene's centre.
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import type {Input, Poses} from '../../perf/view/src/recording/types.js';
+import * as THREE from 'three';
+import type {EngineInPage} from '../../perf/view/src/engine/types.js';
+import type {Frame, Input, Poses, Recording} from '../../perf/view/src/recording/types.js';
 import {SkinShape} from '../../perf/view/src/scene/skin_shape.js';
+import {Stage} from '../../perf/view/src/scene/stage.js';
 import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
 import {isDrawable, multiply, placeLinks, ROWS} from '../../perf/view/src/scene/transforms.js';
-import {ARM, boxOf, CLOTH, inputOf, Numbers, posesOf} from './scene.js';
+import {BoxChooser} from '../../perf/view/src/ui/boxes_shown.js';
+import {Names} from '../../perf/view/src/ui/names.js';
+import {ARM, boxOf, CLOTH, FLOOR, frameOf, HEADER, inputOf, Numbers, posesOf} from './scene.js';
 
 const HALF = Math.SQRT1_2;
 // A quarter turn about z, then by 1, 2, 3.
@@ -69,6 +74,45 @@ test('who takes no part has no size', () => {
   assert.deepEqual([...place(inputOf(0, {poses, count: 2}), 1, 4).present], [1, 1, 0, 0]);
   assert.deepEqual([...place(inputOf(0), 1, 2).present], [0, 0]);
   assert.deepEqual([...place(inputOf(0, {poses: posesOf(TURNED)}), 1, 3).present], [1, 0, 0], 'poses that are missing');
+});
+
+test('static bodies and triangles that take no part are not there', () => {
+  const crateAt = (x: number) => ({
+    origin: new Float64Array([x, 0, 0]), rotation: new Float32Array([0, 0, 0, 1]), parts: [],
+    box: boxOf([0, 0, 0], [0.5, 0.5, 0.5]),
+  });
+  const staticBodies = {...FLOOR.staticBodies!, bodies: [crateAt(-4), crateAt(4)], origin: new Float64Array([8, 0, 0])};
+  const frameWith = (more: Partial<Input>): Frame => ({...frameOf(0), inputs: [inputOf(0, more)]});
+  const recording: Recording = {
+    header: HEADER, articulations: [], batches: [{...FLOOR, instanceCount: 4, staticBodies}], frameCount: 1,
+    problems: [], frame: () => frameWith({}),
+  };
+  const stage = new Stage(recording, [recording.frame(0)], false), selection = {instance: null, pair: null};
+  // Boxes of characters alone come from the engine.
+  const boxes = new BoxChooser(recording, {} as EngineInPage, new Names(recording));
+  const view = {leafBoxes: true, level: 0, contacts: false, falsePositives: false, follow: false};
+  const shown = (more: Partial<Input>) => {
+    const frame = frameWith(more);
+    stage.show({
+      frame, hits: frame.hits, contacts: null, falsePositives: null, triangles: null, selection,
+      eye: new THREE.Vector3(),
+    });
+    const {low, high} = stage.bounds();
+    const picked = [-4, 4].map((x) => {
+      return stage.pick(new THREE.Ray(new THREE.Vector3(x, 0, 5), new THREE.Vector3(0, 0, -1)))?.instance;
+    });
+    return {
+      x: [low[0], high[0]], picked, middles: [0, 1].map((i) => stage.middleOf(0, i)?.x),
+      boxes: boxes.choose(frame, {}, view, selection, stage).sets[0]!.instances,
+    };
+  };
+  assert.deepEqual(shown({}), {x: [-4.5, 9], picked: [0, 1], middles: [-4, 4], boxes: [0, 1]});
+  assert.deepEqual(shown({count: 1}), {x: [-4.5, -3.5], picked: [0, undefined], middles: [-4, undefined], boxes: [0]});
+  assert.deepEqual(shown({instances: new Uint32Array([1])}),
+                   {x: [3.5, 4.5], picked: [undefined, 1], middles: [undefined, 4], boxes: [1]});
+  assert.deepEqual(shown({instances: new Uint32Array([1, 3])}),
+                   {x: [3.5, 9], picked: [undefined, 1], middles: [undefined, 4], boxes: [1]});
+  stage.dispose();
 });
 
 test('poses that are no numbers are not drawn', () => {

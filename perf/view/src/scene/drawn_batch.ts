@@ -9,7 +9,7 @@ import {COPY, Instances, PATTERN} from './instances.js';
 import {clearMarks, makeMarks, mark, MARK, type Marks} from './marks.js';
 import {characterPieces, linkCountOf, type PieceGroup, staticPieces} from './pieces.js';
 import {SkinShape} from './skin_shape.js';
-import {isDrawable, multiply, placeLinks, ROWS, writeRotation} from './transforms.js';
+import {findPresent, isDrawable, multiply, placeLinks, ROWS, writeRotation} from './transforms.js';
 
 interface DrawnGroup extends PieceGroup {
   instances: Instances;
@@ -31,12 +31,13 @@ export class DrawnBatch {
   readonly marks: Marks;
   /** From link to world, relative to the scene's centre: by instance, then by link. */
   readonly linkRows: Float32Array;
-  /** 1 per instance that takes part. */
+  /** 1 per instance that takes part, as hits number them: static bodies, then triangles. */
   readonly present: Uint8Array;
   /** How many instances have a skin that is not drawn. */
   skinsLeftOut = 0;
   readonly #groups: DrawnGroup[];
   readonly #skin: DrawnSkin | null;
+  readonly #bodies: readonly StaticBody[];
   /** The instances that take part, in the order in which they are drawn: the nearest first, which hide others. */
   #order: number[] = [];
   readonly #distances: Float32Array;
@@ -45,12 +46,13 @@ export class DrawnBatch {
   constructor(recording: Recording, index: number, center: Float64Array, fineness: Fineness, mirrored: boolean) {
     const batch = recording.batches[index]!;
     const bodies = batch.staticBodies?.bodies;
+    this.#bodies = bodies ?? [];
     this.index = index;
     this.isStatic = bodies !== undefined;
     this.linkCount = bodies ? bodies.length : linkCountOf(recording.articulations, batch);
     this.instanceCount = bodies ? 1 : batch.instanceCount;
     this.linkRows = new Float32Array(this.instanceCount * this.linkCount * ROWS);
-    this.present = new Uint8Array(this.instanceCount);
+    this.present = new Uint8Array(batch.instanceCount);
     this.#distances = new Float32Array(this.instanceCount);
     this.marks = makeMarks(this.instanceCount, this.linkCount);
     const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch, fineness);
@@ -62,15 +64,16 @@ export class DrawnBatch {
     const shape = SkinShape.of(recording.articulations[batch.articulation]);
     this.#skin = shape && new DrawnSkin(shape);
     if (this.#skin) this.object.add(this.#skin.object);
-    if (bodies) this.#placeBodies(bodies, center);
   }
 
-  #placeBodies(bodies: readonly StaticBody[], center: Float64Array): void {
-    bodies.forEach(({origin, rotation}, i) => {
+  #placeBodies(input: Input, center: Float64Array): void {
+    findPresent(input, input.count, this.present);
+    this.linkRows.fill(0);
+    this.#bodies.forEach(({origin, rotation}, i) => {
+      if (this.present[i] === 0) return;
       writeRotation(rotation, 0, 1, this.linkRows, i * ROWS);
       for (let k = 0; k < 3; ++k) this.linkRows[i * ROWS + k * 4 + 3] = origin[k]! - center[k]!;
     });
-    this.present.fill(1);
     this.#order = [0];
     this.#placePieces();
   }
@@ -78,7 +81,10 @@ export class DrawnBatch {
   /** Moves all links to where a frame has them, seen from `eye`, and takes all marks away. */
   place(input: Input, center: Float64Array, eye: THREE.Vector3): void {
     clearMarks(this.marks);
-    if (this.isStatic) return;
+    if (this.isStatic) {
+      this.#placeBodies(input, center);
+      return;
+    }
     placeLinks(input, this.linkCount, center, this.linkRows, this.present);
     for (const instance of input.masked) {
       if (instance < this.instanceCount) this.#mask(instance);
@@ -191,17 +197,19 @@ export class DrawnBatch {
       if (endless) continue;
       let copy = 0;
       for (const i of this.#order) {
-        const wanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
+        const isOfWanted = !this.marks.masked[i] && (onlyInstance < 0 || onlyInstance === i);
         for (const {link} of pieces) {
           const at = COPY * copy++;
-          if (wanted && (onlyLink < 0 || onlyLink === link)) bounds.addRows(instances.data, at, half);
+          const isWanted = isOfWanted && (onlyLink < 0 || onlyLink === link) && this.stands(i, link);
+          if (isWanted) bounds.addRows(instances.data, at, half);
         }
       }
     }
   }
 
-  isLink(instance: number, link: number): boolean {
-    return instance < this.instanceCount && link < this.linkCount;
+  /** Whether there is such a link, or static body, and it takes part. */
+  stands(instance: number, link: number): boolean {
+    return link < this.linkCount && this.present[this.isStatic ? link : instance] === 1;
   }
 
   /** Adds a triangle of a skin. */

@@ -7,12 +7,12 @@ import {light} from './instances.js';
 import {MARK} from './marks.js';
 
 const VERTEX = `
-  in vec3 paint;
+  in vec4 paint;
   out vec3 tint;
   uniform vec3 light;
   void main() {
-    tint = paint * (0.66 + 0.34 * abs(dot(normal, light)));
-    gl_Position = projectionMatrix * (viewMatrix * vec4(position, 1.0));
+    tint = paint.rgb * (0.66 + 0.34 * abs(dot(normal, light)));
+    gl_Position = paint.a * (projectionMatrix * (viewMatrix * vec4(position, 1.0)));
   }
 `;
 
@@ -26,11 +26,14 @@ export class DrawnTriangles {
   readonly object: THREE.Mesh;
   readonly #paint: THREE.BufferAttribute;
   readonly #firstInstance: number;
+  readonly #present: Uint8Array;
   readonly #marks: Uint8Array;
 
-  constructor(bodies: StaticBodies, center: Float64Array) {
+  /** `present`: 1 per triangle that takes part, in each frame. Others are painted with 0, and have no size. */
+  constructor(bodies: StaticBodies, present: Uint8Array, center: Float64Array) {
     const {vertices, triangles, origin} = bodies;
     this.#firstInstance = bodies.bodies.length;
+    this.#present = present;
     this.#marks = new Uint8Array(triangles.length / 3);
     const positions = new Float32Array(triangles.length * 3);
     triangles.forEach((vertex, corner) => {
@@ -39,7 +42,7 @@ export class DrawnTriangles {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
     geometry.computeVertexNormals();
-    this.#paint = new THREE.BufferAttribute(new Uint8Array(triangles.length * 3), 3, true);
+    this.#paint = new THREE.BufferAttribute(new Uint8Array(triangles.length * 4), 4, true);
     geometry.setAttribute('paint', this.#paint);
     this.object = new THREE.Mesh(geometry, new THREE.ShaderMaterial({
       glslVersion: THREE.GLSL3,
@@ -68,10 +71,11 @@ export class DrawnTriangles {
     this.#marks.forEach((value, triangle) => {
       const special = value === MARK.falsePositive ? COLORS.falsePositive : COLORS.hit;
       const rgb = value === MARK.none ? COLORS.statics : special;
-      for (let at = triangle * 9; at < triangle * 9 + 9; at += 3) {
+      for (let at = triangle * 12; at < triangle * 12 + 12; at += 4) {
         bytes[at] = rgb >> 16;
         bytes[at + 1] = (rgb >> 8) & 255;
         bytes[at + 2] = rgb & 255;
+        bytes[at + 3] = 255 * this.#present[triangle]!;
       }
     });
     this.#paint.needsUpdate = true;
@@ -79,7 +83,10 @@ export class DrawnTriangles {
 
   addBounds(bounds: Bounds): void {
     const positions = this.object.geometry.getAttribute('position');
-    for (let i = 0; i < positions.count; ++i) bounds.addPoint(positions.getX(i), positions.getY(i), positions.getZ(i));
+    for (let i = 0; i < positions.count; ++i) {
+      if (this.#present[Math.floor(i / 3)] === 0) continue;
+      bounds.addPoint(positions.getX(i), positions.getY(i), positions.getZ(i));
+    }
   }
 
   dispose(): void {

@@ -159,7 +159,7 @@ export class Stage {
     this.scene.add(made.object);
     const bodies = this.#recording.batches[batch]?.staticBodies;
     if (bodies && bodies.triangles.length > 0) {
-      const triangles = new DrawnTriangles(bodies, this.#center);
+      const triangles = new DrawnTriangles(bodies, made.present.subarray(bodies.bodies.length), this.#center);
       this.#triangles.set(batch, triangles);
       this.scene.add(triangles.object);
     }
@@ -420,7 +420,7 @@ export class Stage {
   middleOf(batch: number, instance: number): THREE.Vector3 | null {
     const drawn = this.#batches.get(batch);
     if (!drawn) return null;
-    if (drawn.isStatic) return drawn.isLink(0, instance) ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
+    if (drawn.isStatic) return drawn.stands(0, instance) ? new THREE.Vector3(...drawn.positionOf(0, instance)) : null;
     if (drawn.present[instance] !== 1 || drawn.marks.masked[instance] === 1) return null;
     return new THREE.Vector3(...drawn.positionOf(instance, 0));
   }

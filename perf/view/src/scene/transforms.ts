@@ -97,27 +97,25 @@ function placeLinksOf(input: Input, poses: Poses, i: number, linkCount: number, 
   }
 }
 
+/** Writes 1 for each instance that takes part, of the first `count`, and 0 for all others. */
+export function findPresent({instances}: Input, count: number, present: Uint8Array): void {
+  present.fill(0);
+  if (!instances) present.fill(1, 0, count);
+  else for (const i of instances) if (i < count) present[i] = 1;
+}
+
 /**
  * Writes the rows of all links of all instances that take part. Those of the others become 0, so that what is drawn
  * with them has no size. `present` receives 1 for each instance that takes part.
  */
 export function placeLinks(input: Input, linkCount: number, center: Float64Array, out: Float32Array,
                            present: Uint8Array): void {
-  const {poses, instances} = input;
-  present.fill(0);
+  const {poses} = input;
+  const posed = poses ? Math.floor(poses.values.length / (FLOATS_PER_POSE[poses.format] * linkCount)) : 0;
+  findPresent(input, Math.min(input.count, posed), present);
   out.fill(0);
-  if (!poses) return;
-  const floats = FLOATS_PER_POSE[poses.format] * linkCount;
-  const count = Math.min(input.count, present.length, Math.floor(poses.values.length / floats));
-  const place = (i: number): void => {
-    if (i >= count) return;
-    present[i] = 1;
-    placeLinksOf(input, poses, i, linkCount, center, out);
-  };
-  if (instances) {
-    for (const i of instances) place(i);
-  } else {
-    for (let i = 0; i < count; ++i) place(i);
+  for (let i = 0; poses && i < present.length; ++i) {
+    if (present[i] === 1) placeLinksOf(input, poses, i, linkCount, center, out);
   }
 }
 

@@ -23,7 +23,7 @@ export class BoxChooser {
   readonly #engine: EngineInPage;
   readonly #names: Names;
   readonly #hierarchies = new Map<string, Hierarchy>();
-  readonly #static = new Map<number, BoxSet>();
+  readonly #static = new Map<number, Float32Array>();
 
   constructor(recording: Recording, engine: EngineInPage, names: Names) {
     this.#recording = recording;
@@ -47,7 +47,7 @@ export class BoxChooser {
     for (const input of frame.inputs) {
       const {batch} = input;
       if (this.#isStatic(batch)) {
-        if (leafBoxes) sets.push(this.#staticBoxes(batch));
+        if (leafBoxes) sets.push(this.#staticBoxes(batch, stage));
         continue;
       }
       const {leafCount, levels} = this.#hierarchy(batch, dial);
@@ -67,15 +67,12 @@ export class BoxChooser {
   }
 
   // Static bodies have one box each, and triangles none.
-  #staticBoxes(batch: number): BoxSet {
-    const known = this.#static.get(batch);
-    if (known) return known;
+  #staticBoxes(batch: number, stage: Stage): BoxSet {
     const bodies = this.#recording.batches[batch]?.staticBodies?.bodies ?? [];
-    const made = {
-      batch, values: boxesOfBodies(bodies), nodeCount: 1, leafCount: 1, instances: [...bodies.keys()], nodes: [0],
-    };
-    this.#static.set(batch, made);
-    return made;
+    const values = this.#static.get(batch) ?? boxesOfBodies(bodies);
+    this.#static.set(batch, values);
+    const instances = stage.presentInstances(batch).filter((i) => i < bodies.length);
+    return {batch, values, nodeCount: 1, leafCount: 1, instances, nodes: [0]};
   }
 
   #hierarchy(batch: number, dial: Dial): Hierarchy {
