@@ -29,12 +29,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// What a page holds of a recording at most: its base64 is a text of the browser, and Chromium's have 2^29 - 24 bytes.
+constexpr std::uint64_t kMostBytes = 400000000;
+
 // Checks that a file is a recording, so that the page is not the first to say it is not. Returns its count of frames.
 std::uint32_t check_recording(const std::string& path) {
   record::Recording recording;
   if (!recording.open(path.c_str())) throw std::runtime_error(recording.error());
   for (const char* const problem : recording.problems()) tell("warning", path + ": " + problem);
   return recording.frame_count();
+}
+
+// Refuses a recording that a browser would not find in its page. `page` opens it from a file. Returns its bytes.
+std::uint64_t check_size(const std::string& path, const std::string& name, const fs::path& page, bool is_made) {
+  const std::uint64_t bytes = fs::file_size(path);
+  if (bytes > kMostBytes)
+    throw std::runtime_error(name + " has " + std::to_string(bytes) +
+                             " bytes, and a page holds recordings of at most " + std::to_string(kMostBytes) + "; " +
+                             (is_made ? "`cab run` or `cab robot` keeps it with --record, and " : "") + page.string() +
+                             " opens it");
+  return bytes;
 }
 
 // The address of a file for a browser: letters, digits and a few signs stand for themselves.
@@ -153,7 +167,7 @@ int view_command(const ViewOptions& options) {
       throw UsageError("--frame: " + scenes::printable(made ? first.string() : file) + " has " +
                        std::to_string(frame_count) + " frames, counted from 0, not " + std::to_string(options.frame));
     recordings.push_back({name.string(), file});
-    bytes += fs::file_size(file);
+    bytes += check_size(file, made ? "the recording of " + first.string() : file, found, made.has_value());
   }
   {
     ProgressBar bar("recordings", bytes);

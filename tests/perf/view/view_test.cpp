@@ -232,6 +232,12 @@ TEST_CASE("what cab view cannot do is told") {
   CHECK(beyond.exit_code == 2);
   CHECK(beyond.error.find("has 3 frames, counted from 0, not 3") != std::string::npos);
   CHECK_FALSE(std::filesystem::exists(files.page));
+  const std::string large = files.folder / "large.cab";  // a hole, which takes no room on the disk, ends it
+  std::filesystem::copy_file(files.recording, large);
+  std::filesystem::resize_file(large, 400000001);
+  refuses(CAB_COMMAND, {"view", large, "--page", files.viewer, "--out", files.page},
+          large + " has 400000001 bytes, and a page holds recordings of at most 400000000; ");
+  CHECK_FALSE(std::filesystem::exists(files.page));
   const std::string command = files.folder / "cab";  // it stands beside no page
   std::filesystem::copy_file(CAB_COMMAND, command);
   refuses(command, {"view", files.recording}, "cab_view.html, is not beside this command");
