@@ -5,6 +5,7 @@ import test from 'node:test';
 import * as THREE from 'three';
 import type {EngineInPage} from '../../perf/view/src/engine/types.js';
 import type {Frame, Input, Poses, Recording} from '../../perf/view/src/recording/types.js';
+import {hull} from '../../perf/view/src/scene/geometries.js';
 import {SkinShape} from '../../perf/view/src/scene/skin_shape.js';
 import {Stage} from '../../perf/view/src/scene/stage.js';
 import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
@@ -133,6 +134,17 @@ test('boxes of static bodies turn with them, and are relative to their origins',
     box: boxOf([1, 2, 3], [4, 5, 6]), parts: [],
   };
   near(boxesOfBodies([body]), [-2, 1, 3, 0, 1, 0, -1, 0, 0, 0, 0, 1, 4, 5, 6]);
+});
+
+test('hulls of points in a plane and on a line, however many, are as large as the points reach', () => {
+  const sizeOf = (points: readonly number[]): number[] => {
+    const geometry = hull(Float32Array.from(points));
+    geometry.computeBoundingBox();
+    return geometry.boundingBox!.getSize(new THREE.Vector3()).toArray();
+  };
+  assert.deepEqual(sizeOf([0, 0, 0, 1, 0, 0, 0.25, 0, 0, 1, 2, 0, 0, 2, 0]), [1, 2, 0]);
+  assert.deepEqual(sizeOf([0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 4]), [1, 2, 4]);
+  assert.deepEqual(sizeOf(Array.from({length: 90000}, (_, i) => i % 3 === 0 ? i / 3 : 0)), [29999, 0, 0]);
 });
 
 test('vertices of a skin are at the weighted mean of where its links take them', () => {

@@ -95,13 +95,14 @@ function flatNormal(points: readonly THREE.Vector3[]): THREE.Vector3 | null {
   const box = new THREE.Box3().setFromPoints([...points]);
   const size = box.getSize(new THREE.Vector3()).length();
   const first = points[0] ?? new THREE.Vector3();
-  const normal = new THREE.Vector3();
-  for (const b of points) {
-    for (const c of points) {
-      const cross = b.clone().sub(first).cross(c.clone().sub(first));
-      if (cross.lengthSq() > normal.lengthSq()) normal.copy(cross);
-    }
-    if (points.length > 64 && normal.lengthSq() > 0) break;
+  const normal = new THREE.Vector3(), along = new THREE.Vector3(), arm = new THREE.Vector3();
+  for (const p of points) {
+    arm.copy(p).sub(first);
+    if (arm.lengthSq() > along.lengthSq()) along.copy(arm);
+  }
+  for (const p of points) {
+    arm.copy(p).sub(first).cross(along);
+    if (arm.lengthSq() > normal.lengthSq()) normal.copy(arm);
   }
   if (normal.lengthSq() === 0) return new THREE.Vector3(0, 0, 1);
   normal.normalize();
