@@ -5,6 +5,7 @@ import test from 'node:test';
 import * as THREE from 'three';
 import type {EngineInPage} from '../../perf/view/src/engine/types.js';
 import type {Frame, Input, Poses, Recording} from '../../perf/view/src/recording/types.js';
+import {DrawnBatch} from '../../perf/view/src/scene/drawn_batch.js';
 import {hull} from '../../perf/view/src/scene/geometries.js';
 import {SkinShape} from '../../perf/view/src/scene/skin_shape.js';
 import {Stage} from '../../perf/view/src/scene/stage.js';
@@ -12,7 +13,7 @@ import {boxesOfBodies} from '../../perf/view/src/scene/static_boxes.js';
 import {isDrawable, multiply, placeLinks, ROWS} from '../../perf/view/src/scene/transforms.js';
 import {BoxChooser} from '../../perf/view/src/ui/boxes_shown.js';
 import {Names} from '../../perf/view/src/ui/names.js';
-import {ARM, boxOf, CLOTH, FLOOR, frameOf, HEADER, inputOf, Numbers, posesOf} from './scene.js';
+import {ARM, ARMS, boxOf, CLOTH, FLOOR, frameOf, HEADER, inputOf, Numbers, posesOf} from './scene.js';
 
 const HALF = Math.SQRT1_2;
 // A quarter turn about z, then by 1, 2, 3.
@@ -75,6 +76,28 @@ test('who takes no part has no size', () => {
   assert.deepEqual([...place(inputOf(0, {poses, count: 2}), 1, 4).present], [1, 1, 0, 0]);
   assert.deepEqual([...place(inputOf(0), 1, 2).present], [0, 0]);
   assert.deepEqual([...place(inputOf(0, {poses: posesOf(TURNED)}), 1, 3).present], [1, 0, 0], 'poses that are missing');
+});
+
+test('a batch takes room for the instances of frames, and not for those that it claims', () => {
+  const recording: Recording = {
+    header: HEADER, articulations: [ARM], batches: [{...ARMS, instanceCount: 2 ** 20}], frameCount: 0, problems: [],
+    frame: () => frameOf(0),
+  };
+  const drawn = new DrawnBatch(recording, 0, new Float64Array(3), 'fine', false);
+  const poses = posesOf(Array.from({length: 12}, () => TURNED).flat());
+  const placed = (more: Partial<Input>): number[] => {
+    drawn.place(inputOf(0, {poses, ...more}), new Float64Array(3), new THREE.Vector3());
+    drawn.markLink(drawn.present.lastIndexOf(1), 1, 2);
+    assert(drawn.linkRows.length <= 12 * drawn.linkCount * ROWS);
+    return [...drawn.present.keys()].filter((i) => drawn.present[i] === 1);
+  };
+  assert.deepEqual(placed({count: 1}), [0]);
+  near(drawn.linkRows, [...TURNED_ROWS, ...TURNED_ROWS]);
+  assert.deepEqual(placed({count: 6, instances: new Uint32Array([1, 5])}), [1, 5]);
+  near(drawn.linkRows.subarray(10 * ROWS, 12 * ROWS), [...TURNED_ROWS, ...TURNED_ROWS]);
+  assert.deepEqual([...drawn.marks.links.keys()].filter((i) => drawn.marks.links[i] !== 0), [11]);
+  assert.deepEqual(placed({count: 2}), [0, 1]);
+  drawn.dispose();
 });
 
 test('static bodies and triangles that take no part are not there', () => {

@@ -27,12 +27,13 @@ export class DrawnBatch {
   readonly index: number;
   readonly isStatic: boolean;
   readonly linkCount: number;
-  readonly instanceCount: number;
-  readonly marks: Marks;
+  /** How many instances there is room for: those of frames, of which a batch may claim far more. */
+  instanceCount = 0;
+  marks: Marks = makeMarks(0, 0);
   /** From link to world, relative to the scene's centre: by instance, then by link. */
-  readonly linkRows: Float32Array;
+  linkRows = new Float32Array(0);
   /** 1 per instance that takes part, as hits number them: static bodies, then triangles. */
-  readonly present: Uint8Array;
+  present = new Uint8Array(0);
   /** How many instances have a skin that is not drawn. */
   skinsLeftOut = 0;
   readonly #groups: DrawnGroup[];
@@ -40,7 +41,8 @@ export class DrawnBatch {
   readonly #bodies: readonly StaticBody[];
   /** The instances that take part, in the order in which they are drawn: the nearest first, which hide others. */
   #order: number[] = [];
-  readonly #distances: Float32Array;
+  #distances = new Float32Array(0);
+  readonly #claimed: number;
 
   /** `mirrored`: whether poses may mirror links. */
   constructor(recording: Recording, index: number, center: Float64Array, fineness: Fineness, mirrored: boolean) {
@@ -50,11 +52,8 @@ export class DrawnBatch {
     this.index = index;
     this.isStatic = bodies !== undefined;
     this.linkCount = bodies ? bodies.length : linkCountOf(recording.articulations, batch);
-    this.instanceCount = bodies ? 1 : batch.instanceCount;
-    this.linkRows = new Float32Array(this.instanceCount * this.linkCount * ROWS);
-    this.present = new Uint8Array(batch.instanceCount);
-    this.#distances = new Float32Array(this.instanceCount);
-    this.marks = makeMarks(this.instanceCount, this.linkCount);
+    this.#claimed = batch.instanceCount;
+    if (bodies) this.#makeRoom(1, batch.instanceCount);
     const groups = bodies ? staticPieces(bodies) : characterPieces(recording.articulations, batch, fineness);
     this.#groups = groups.map((group) => {
       const instances = new Instances(group.geometry, group.look, group.endless || mirrored);
@@ -64,6 +63,15 @@ export class DrawnBatch {
     const shape = SkinShape.of(recording.articulations[batch.articulation]);
     this.#skin = shape && new DrawnSkin(shape);
     if (this.#skin) this.object.add(this.#skin.object);
+  }
+
+  // Static bodies are one instance here, and take part each by itself.
+  #makeRoom(count: number, present = count): void {
+    this.instanceCount = count;
+    this.linkRows = new Float32Array(count * this.linkCount * ROWS);
+    this.present = new Uint8Array(present);
+    this.#distances = new Float32Array(count);
+    this.marks = makeMarks(count, this.linkCount);
   }
 
   #placeBodies(input: Input, center: Float64Array): void {
@@ -85,6 +93,9 @@ export class DrawnBatch {
       this.#placeBodies(input, center);
       return;
     }
+    const {instances, count} = input;
+    const needed = Math.min(this.#claimed, instances ? (instances.at(-1) ?? -1) + 1 : count);
+    if (needed > this.instanceCount) this.#makeRoom(Math.min(this.#claimed, Math.max(needed, 2 * this.instanceCount)));
     placeLinks(input, this.linkCount, center, this.linkRows, this.present);
     for (const instance of input.masked) {
       if (instance < this.instanceCount) this.#mask(instance);
