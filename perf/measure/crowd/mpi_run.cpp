@@ -100,7 +100,7 @@ class Run {
     while (frame_ < options_.frame_count) {
       const double seconds = frame_ / kCrowdFramesPerSecond;
       // What follows from a frame alone is the same after a restart.
-      if (frame_ % options_.checkpoint == 0) ranks_.together([&] { share_.cut(seconds); });
+      if (frame_ % options_.checkpoint == 0) share_.cut(seconds);
       ranks_.together([&] { share_.pose(seconds); });
       run_frame();
       bar.advance(1);
@@ -228,7 +228,7 @@ class Run {
     // From now on the folder says of which run it is.
     if (state[0] == 0) keep();
     if (frame_ > 0 && frame_ < options_.frame_count && frame_ % options_.checkpoint != 0)
-      ranks_.together([&] { share_.cut((frame_ - frame_ % options_.checkpoint) / kCrowdFramesPerSecond); });
+      share_.cut((frame_ - frame_ % options_.checkpoint) / kCrowdFramesPerSecond);
     if (ranks_.rank() == 0 && frame_ > 0)
       std::cerr << "note: " << state_path() << " has " << frame_ << " frames; going on behind them\n";
   }

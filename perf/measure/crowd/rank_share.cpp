@@ -19,6 +19,13 @@ RankShare::RankShare(const scenes::Crowd& crowd, const Ranks& ranks)
     : crowd_(crowd), ranks_(ranks), numbers_(crowd.groups.size()), posed_(crowd.groups.size()) {}
 
 void RankShare::cut(double seconds) {
+  std::vector<double> own;
+  ranks_.together([&] { own = places_of_part(seconds); });
+  const std::vector<double> places = ranks_.gather(own.data(), own.size(), MPI_DOUBLE);
+  ranks_.together([&] { take(places); });
+}
+
+std::vector<double> RankShare::places_of_part(double seconds) const {
   // Characters count through all groups here.
   const auto rank = static_cast<std::uint64_t>(ranks_.rank()), ranks = static_cast<std::uint64_t>(ranks_.count());
   const std::uint64_t all = crowd_.count();
@@ -38,8 +45,11 @@ void RankShare::cut(double seconds) {
     }
     first = group_end;
   }
-  const std::vector<double> places = ranks_.gather(own.data(), own.size(), MPI_DOUBLE);
-  std::vector<std::int32_t> owners(all);
+  return own;
+}
+
+void RankShare::take(const std::vector<double>& places) {
+  std::vector<std::int32_t> owners(places.size() / 3);
   require(mpi::cut(places, ranks_.count(), owners), "cut");
   std::size_t at = 0;
   for (std::size_t g = 0; g < crowd_.groups.size(); ++g) {

@@ -14,6 +14,7 @@ class RankShare {
   RankShare(const scenes::Crowd& crowd, const Ranks& ranks);
 
   // Cuts the crowd anew, by where everyone is at a time. Each rank poses an equal part of the crowd for that.
+  // Collective. Throws AgreedFailure.
   void cut(double seconds);
 
   // Poses those that this rank has.
@@ -25,6 +26,11 @@ class RankShare {
   std::uint64_t count() const;
 
  private:
+  // x y z of everyone in this rank's equal part.
+  std::vector<double> places_of_part(double seconds) const;
+  // Takes this rank's characters, by the places of all.
+  void take(const std::vector<double>& places);
+
   const scenes::Crowd& crowd_;
   const Ranks& ranks_;
   std::vector<std::vector<std::uint32_t>> numbers_;

@@ -1,8 +1,24 @@
 #include "perf/measure/crowd/ranks.h"
 
-#include <cstddef>
+#include <limits>
+#include <numeric>
 
 namespace cab::perf {
+
+Layout layout_of(const std::vector<std::uint64_t>& counts) {
+  constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
+  const std::uint64_t sum = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  if (sum > kMost)
+    throw std::runtime_error("all ranks together have " + std::to_string(sum) + " numbers to tell, and MPI counts to " +
+                             std::to_string(kMost));
+  Layout out;
+  for (const std::uint64_t count : counts) {
+    out.begins.push_back(static_cast<int>(out.sum));
+    out.counts.push_back(static_cast<int>(count));
+    out.sum += count;
+  }
+  return out;
+}
 
 Ranks::Ranks() {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
@@ -28,13 +44,6 @@ std::string Ranks::text_of(int rank, std::string text) const {
 double Ranks::most(double value) const {
   double out = 0;
   MPI_Allreduce(&value, &out, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
-  return out;
-}
-
-std::vector<int> Ranks::counts_of(std::size_t count) const {
-  const int own = static_cast<int>(count);
-  std::vector<int> out(static_cast<std::size_t>(count_));
-  MPI_Allgather(&own, 1, MPI_INT, out.data(), 1, MPI_INT, MPI_COMM_WORLD);
   return out;
 }
 

@@ -1,5 +1,6 @@
 // One rank runs out of memory, at each place where it allocates: all ranks answer alike, and the engine goes on.
 #include "perf/harness/random_world.h"
+#include "tests/engine/mpi/short_of_memory.h"
 
 #include <cab/mpi.h>
 
@@ -12,18 +13,15 @@
 
 namespace {
 
-// How many allocations of this rank succeed before one fails, or all that follow; below 0: all succeed.
-long left = -1;
-bool lasts = false;
-bool has_failed = false;
+using cab::tests::allocations;
 
 void* take(std::size_t bytes, std::size_t alignment = alignof(std::max_align_t)) noexcept {
-  if (left == 0) {
-    has_failed = true;
-    if (!lasts) left = -1;
+  if (allocations.left == 0) {
+    allocations.has_failed = true;
+    if (!allocations.lasts) allocations.left = -1;
     return nullptr;
   }
-  if (left > 0) --left;
+  if (allocations.left > 0) --allocations.left;
   return std::aligned_alloc(alignment, (bytes + alignment) / alignment * alignment);
 }
 
@@ -68,15 +66,12 @@ struct Deleter {
 using EngineOfRanks = std::unique_ptr<mpi::DistributedEngine, Deleter>;
 
 // Two batches of different bodies in one crowd, of which each rank has every `ranks`th character.
-struct Crowd {
-  int rank = 0, ranks = 1;
+struct Crowd : Ranks {
   std::vector<Member> members;
   std::vector<std::uint32_t> numbers;
   std::vector<PairRule> rules;
 
   Crowd() {
-    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
     for (auto i = static_cast<std::uint32_t>(rank); i < kCount; i += static_cast<std::uint32_t>(ranks))
       numbers.push_back(i);
     for (std::uint32_t b = 1; b <= 2; ++b) {
@@ -116,27 +111,12 @@ struct Crowd {
 
 std::vector<Hit> hits_of(const mpi::DistributedJob& job) { return {job.hit_list.begin(), job.hit_list.end()}; }
 
-// Calls `work` while allocation `nth` of a rank in the middle, and perhaps all after it, fail. Returns on all ranks
-// whether one failed.
-template <class Work>
-bool run_short_of_memory(const Crowd& crowd, long nth, bool all_after, Work&& work) {
-  const int victim = crowd.ranks / 2;
-  has_failed = false;
-  lasts = all_after;
-  left = crowd.rank == victim ? nth : -1;
-  work();
-  left = -1;
-  int failed = has_failed ? 1 : 0;
-  MPI_Bcast(&failed, 1, MPI_INT, victim, MPI_COMM_WORLD);
-  return failed == 1;
-}
-
 // Checks what all ranks answer after one was short of memory.
 void check_answer(const Crowd& crowd, const mpi::Answer& answer, bool failed) {
   if (answer.ok()) return;
   CHECK(failed);
   CHECK(answer.status == Status::kOutOfMemory);
-  CHECK(answer.rank == crowd.ranks / 2);
+  CHECK(answer.rank == crowd.victim());
 }
 
 }  // namespace
