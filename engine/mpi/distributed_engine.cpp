@@ -3,6 +3,7 @@
 #include "engine/mpi/agreement.h"
 #include "engine/mpi/digest.h"
 #include "engine/mpi/out_of_memory.h"
+#include "engine/mpi/part_of.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -27,6 +28,18 @@ void add_leaf_shape(Digest& digest, const Box& box, Span<const ConvexPart> parts
   }
 }
 
+void add_poses(Digest& digest, const PoseView& poses, std::size_t link_count) {
+  digest.add(poses.format);
+  digest.add(poses.has_scale);
+  for (std::size_t link = 0; link < link_count; ++link) {
+    const float* const pose = pose_at(poses, 0, 0, link);
+    // The last row of four is not read.
+    for (std::size_t i = 0; i < floats_of(poses.format); ++i)
+      if (poses.format != PoseFormat::kMatrix4x4Columns || i % 4 != 3) digest.add(pose[i]);
+  }
+}
+
+// desc: as add_articulation has taken it.
 std::uint64_t digest_of(const ArticulationDesc& desc) {
   Digest digest;
   digest.add_all(desc.link_parents);
@@ -44,7 +57,14 @@ std::uint64_t digest_of(const ArticulationDesc& desc) {
   digest.add_all(desc.skin.inverse_bind);
   digest.add_all(desc.ignored_pairs);
   digest.add(desc.ignored_hops);
-  digest.add(desc.rest_pose.data != nullptr);
+  if (desc.rest_pose.data) add_poses(digest, desc.rest_pose, desc.link_parents.size);
+  return digest.value();
+}
+
+std::uint64_t digest_of(const BatchDesc& desc) {
+  Digest digest;
+  digest.add(desc.articulation.value);
+  digest.add(desc.instance_count);
   return digest.value();
 }
 
@@ -119,10 +139,11 @@ Status add_to_both(DistributedEngine& engine, const StaticDesc& desc, BatchId& o
   return Status::kOk;
 }
 
-// Calls `add`, and has all ranks agree on what was added.
-template <class Add>
-Answer add_on_all(DistributedEngine& engine, std::uint64_t digest, Add&& add) {
-  return agree(engine.comm, or_out_of_memory(add), digest, Difference::kAdded);
+// Calls `add`, and has all ranks agree on what was added. The digest may read only what an engine has checked.
+template <class Desc, class Add>
+Answer add_on_all(DistributedEngine& engine, const Desc& desc, Add&& add) {
+  const Status status = or_out_of_memory(add);
+  return agree(engine.comm, status, status == Status::kOk ? digest_of(desc) : 0, Difference::kAdded);
 }
 
 }  // namespace
@@ -208,24 +229,21 @@ void destroy(DistributedEngine* engine) noexcept {
 
 Answer add_articulation(DistributedEngine& engine, const ArticulationDesc& desc, ArticulationId* out) noexcept {
   ArticulationId id;
-  const Answer answer = add_on_all(engine, digest_of(desc), [&] { return add_to_all(engine, desc, id); });
+  const Answer answer = add_on_all(engine, desc, [&] { return add_to_all(engine, desc, id); });
   if (out) *out = id;
   return answer;
 }
 
 Answer add_batch(DistributedEngine& engine, const BatchDesc& desc, BatchId* out) noexcept {
-  Digest digest;
-  digest.add(desc.articulation.value);
-  digest.add(desc.instance_count);
   BatchId id;
-  const Answer answer = add_on_all(engine, digest.value(), [&] { return add_to_both(engine, desc, id); });
+  const Answer answer = add_on_all(engine, desc, [&] { return add_to_both(engine, desc, id); });
   if (out) *out = id;
   return answer;
 }
 
 Answer add_static_batch(DistributedEngine& engine, const StaticDesc& desc, BatchId* out) noexcept {
   BatchId id;
-  const Answer answer = add_on_all(engine, digest_of(desc), [&] { return add_to_both(engine, desc, id); });
+  const Answer answer = add_on_all(engine, desc, [&] { return add_to_both(engine, desc, id); });
   if (out) *out = id;
   return answer;
 }

@@ -177,6 +177,43 @@ TEST_CASE("a skin that differs between ranks in any number is told, and a bad on
   CHECK(add([](SkinRig& skin, ArticulationDesc&) { skin.weights[0] = -1; }).status == Status::kBadSkin);
 }
 
+TEST_CASE("a rest pose that differs between ranks in any number is told, and a bad one is refused on all") {
+  const Fixture f;
+  const std::int32_t parents[] = {-1, 0};
+  const Leaf leaves[] = {{0, {}, {}, {}}, {1, {}, {}, {}}};
+  const auto add = [&](auto&& change) {
+    std::vector<float> poses;
+    for (std::size_t link = 0; link < std::size(leaves); ++link)
+      poses.insert(poses.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    ArticulationDesc desc;
+    desc.link_parents = parents;
+    desc.leaves = leaves;
+    desc.rest_pose = {PoseFormat::kMatrix4x4Columns, poses.data(), 16 * sizeof(float), 0, false};
+    if (f.is_last()) change(desc.rest_pose, poses);
+    mpi::DistributedEngine* made = nullptr;
+    REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
+    ArticulationId id;
+    const mpi::Answer answer = mpi::add_articulation(*made, desc, &id);
+    mpi::destroy(made);
+    return answer;
+  };
+  const auto differs = [&](auto&& change) {
+    const mpi::Answer answer = add(change);
+    CHECK(answer.difference == (f.ranks == 1 ? mpi::Difference::kNone : mpi::Difference::kAdded));
+    CHECK(answer.status == Status::kOk);
+  };
+  using Numbers = std::vector<float>;
+  differs([](PoseView&, Numbers& numbers) { numbers[12] = 5; });
+  differs([](PoseView&, Numbers& numbers) { numbers[16 + 14] = 5; });
+  differs([](PoseView& poses, Numbers&) { poses.has_scale = true; });
+  differs([](PoseView& poses, Numbers&) { poses.format = PoseFormat::kMatrix3x4Rows; });
+  differs([](PoseView& poses, Numbers&) { poses.data = nullptr; });
+  CHECK(add([](PoseView&, Numbers& numbers) { numbers[16 + 15] = 5; }).ok());  // is not read
+  const auto bad = [](PoseView& poses, Numbers&) { poses.format = static_cast<PoseFormat>(3); };
+  CHECK(add(bad).status == Status::kBadRestPose);
+  CHECK(add([](PoseView& poses, Numbers&) { poses.link_stride = 1; }).status == Status::kBadRestPose);
+}
+
 TEST_CASE("what is wholly inside a closed part of another rank's body is a hit of all ranks, unless that is off") {
   const Fixture f;
   const SkinRig skin = rig_of(ball_mesh(2), 2, 0.5, 40);
