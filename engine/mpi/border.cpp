@@ -3,6 +3,7 @@
 #include "engine/mpi/pose_record.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace cab::mpi {
@@ -41,7 +42,8 @@ bool Border::sends_to(std::int32_t to, std::int32_t from) const {
   return false;
 }
 
-// Per region of this rank that has somebody to send: its index, how many, and the bounds of each, with its layers.
+// Per region of this rank that has somebody to send: its index, how many, and of each what its bounds are relative to,
+// unless that is the region's middle, its bounds, and its layers.
 void Border::compose_bounds(std::int32_t to) {
   const Span<const Region> regions = table_.of(engine_.rank);
   Bytes message;
@@ -53,7 +55,7 @@ void Border::compose_bounds(std::int32_t to) {
     if (reached.empty()) continue;
     const OwnBatch& batch = own_.batches[here.batch - 1];
     const BatchInput& input = batch.given->input;
-    const Point middle = middle_of(here);
+    const std::optional<Point> middle = middle_of(here);
     Bytes records;
     std::uint32_t count = 0;
     for (std::uint32_t i = 0; i < batch.count; ++i) {
@@ -62,7 +64,8 @@ void Border::compose_bounds(std::int32_t to) {
       if (size_class(world) != here.size ||
           std::none_of(reached.begin(), reached.end(), [&](const WorldBounds& there) { return meet(world, there); }))
         continue;
-      append(records, relative_to(middle.at, batch.origin(i), batch.bounds[i]));
+      if (!middle) append(records, batch.origin(i), 3);
+      append(records, middle ? relative_to(middle->at, batch.origin(i), batch.bounds[i]) : batch.bounds[i]);
       if (!input.layers.empty()) append(records, input.layers[i]);
       if (!input.layer_masks.empty()) append(records, input.layer_masks[i]);
       with(to).sent.push_back({here.batch, i});
@@ -90,12 +93,13 @@ void Border::read_bounds(std::int32_t from, const Bytes& message) {
   while (!reader.at_end()) {
     const Region& region = table_.of(from)[reader.read<std::uint32_t>()];
     const auto count = reader.read<std::uint32_t>();
-    const Point middle = middle_of(region);
+    const std::optional<Point> middle = middle_of(region);
     for (std::uint32_t i = 0; i < count; ++i) {
-      Ghost ghost = {{from, region.size}, region.batch, &region, reader.read<RelativeBounds>(), ~0u, ~0u};
+      const Point about = middle ? *middle : reader.read<Point>();
+      Ghost ghost = {{from, region.size}, region.batch, &region, about, reader.read<RelativeBounds>(), ~0u, ~0u};
       if (region.members & kHasLayers) ghost.layers = reader.read<std::uint32_t>();
       if (region.members & kHasMasks) ghost.layer_mask = reader.read<std::uint32_t>();
-      const WorldBounds world = in_world(middle.at, ghost.bounds, job_.margin);
+      const WorldBounds world = in_world(about.at, ghost.bounds, job_.margin);
       if (i == 0)
         groups_.push_back({&region, from, world});
       else
@@ -166,7 +170,7 @@ Status Border::choose_pairs() {
   choose_own();
   if (const Status status = refill_slots(border_rooms(engine_)); status != Status::kOk) return status;
 
-  // This rank's characters of a batch come first, then the ghosts. Ghosts are placed at the middle of their region.
+  // This rank's characters of a batch come first, then the ghosts, each where its bounds are relative to.
   std::vector<GatheredInput> gathered(engine_.batches.size());
   std::vector<std::vector<float>> bounds(engine_.batches.size());
   std::vector<BatchInput> inputs;
@@ -191,7 +195,7 @@ Status Border::choose_pairs() {
     }
     for (const std::uint32_t g : near_ghost_[b]) {
       const Ghost& ghost = ghosts_[g];
-      add(middle_of(*ghost.region).at, ghost.bounds, ghost.layers, ghost.layer_mask);
+      add(ghost.about.at, ghost.bounds, ghost.layers, ghost.layer_mask);
     }
     const auto needed = static_cast<std::uint32_t>(std::min<std::size_t>(count, ~0u));
     if (const Status status = make_room(border_rooms(engine_), b + 1, needed); status != Status::kOk) return status;

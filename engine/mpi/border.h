@@ -15,9 +15,10 @@ namespace cab::mpi {
 // Another rank's character, as far as this rank has been told of it.
 struct Ghost {
   Owner owner;
-  std::uint32_t batch;    // slot
-  const Region* region;   // of its rank
-  RelativeBounds bounds;  // relative to the region's middle
+  std::uint32_t batch;   // slot
+  const Region* region;  // of its rank
+  Point about;           // what its bounds are relative to
+  RelativeBounds bounds;
   std::uint32_t layers, layer_mask;
   std::uint32_t number = 0;  // in the whole batch, once its pose is here
   bool wanted = false;       // whether it is in a pair that this rank tests

@@ -12,8 +12,9 @@ std::int32_t size_class(const WorldBounds& bounds) {
   double most = 0;
   for (std::size_t c = 0; c < 3; ++c) most = std::max(most, bounds.hi[c] - bounds.lo[c]);
   constexpr std::int32_t kLeastExponent = -200;  // below any extent that matters, and even
+  constexpr std::int32_t kMostExponent = 1024;   // of bounds beyond a double
   if (!(most > 0)) return kLeastExponent / 2;
-  return (std::max(std::ilogb(most), kLeastExponent) - kLeastExponent) / 2 + kLeastExponent / 2;
+  return (std::clamp(std::ilogb(most), kLeastExponent, kMostExponent) - kLeastExponent) / 2 + kLeastExponent / 2;
 }
 
 bool tests(const Owner& a, const Owner& b) {
@@ -60,9 +61,13 @@ Answer gather_regions(MPI_Comm comm, Status status, const std::vector<Region>& o
   return {};
 }
 
-Point middle_of(const Region& region) {
+std::optional<Point> middle_of(const Region& region) {
+  constexpr double kMostWidth = double{kMaxCoordinate};
   Point out;
-  for (std::size_t c = 0; c < 3; ++c) out.at[c] = region.bounds.lo[c] / 2 + region.bounds.hi[c] / 2;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!(region.bounds.hi[c] - region.bounds.lo[c] <= kMostWidth)) return std::nullopt;
+    out.at[c] = region.bounds.lo[c] / 2 + region.bounds.hi[c] / 2;
+  }
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include "engine/mpi/mail.h"
 
 #include <cstdint>
+#include <optional>
 #include <unordered_set>
 #include <vector>
 
@@ -77,11 +78,12 @@ struct RegionTable {
 // kOutOfMemory, if a rank has no room for the table. Collective.
 Answer gather_regions(MPI_Comm comm, Status status, const std::vector<Region>& own, RegionTable& table) noexcept;
 
-// The middle of a region, to which bounds of its characters are relative when they are sent.
+// The middle of a region, to which bounds of its characters are relative when they are sent. None of a region
+// wider than kMaxCoordinate: there each character's are relative to its own origin, which is sent too.
 struct Point {
   double at[3];
 };
-Point middle_of(const Region& region);
+std::optional<Point> middle_of(const Region& region);
 
 // Whether `to` tests some character of region `there` against one of `from`'s in region `here`.
 bool needs(const Partners& partners, std::int32_t to, const Region& there, std::int32_t from, const Region& here);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -240,6 +241,14 @@ std::uint64_t skins_across(const RandomCrowd& crowd, const std::vector<Hit>& hit
   }));
 }
 
+void check_same_frame(const Frame& expected, const Frame& found) {
+  CHECK(missing_from(expected.hits, found.hits) == 0);
+  CHECK(missing_from(found.hits, expected.hits) == 0);
+  CHECK(same_hits(expected.hits, found.hits));
+  CHECK(same_contacts(expected.contacts, found.contacts));
+  CHECK(expected.flags == found.flags);
+}
+
 }  // namespace
 
 TEST_CASE("all ranks together find the hits and contacts of one engine, bit for bit") {
@@ -255,11 +264,7 @@ TEST_CASE("all ranks together find the hits and contacts of one engine, bit for 
     const RandomCrowd crowd = random_crowd(random, ranks.count);
     const Frame expected = by_one_engine(crowd, crowd.containment);
     const AllRanks found = by_all_ranks(crowd, ranks);
-    CHECK(missing_from(expected.hits, found.frame.hits) == 0);
-    CHECK(missing_from(found.frame.hits, expected.hits) == 0);
-    CHECK(same_hits(expected.hits, found.frame.hits));
-    CHECK(same_contacts(expected.contacts, found.frame.contacts));
-    CHECK(expected.flags == found.frame.flags);
+    check_same_frame(expected, found.frame);
     hits += expected.hits.size();
     poses_sent += found.poses_sent;
     if (!crowd.has_skins() || crowd.policies.exact != Exact::kSurface) continue;
@@ -278,6 +283,37 @@ TEST_CASE("all ranks together find the hits and contacts of one engine, bit for 
       CHECK(inside >= least_count(20, kUsual));
     }
   }
+}
+
+TEST_CASE("characters as far apart as doubles go have the hits of one engine, though each rank has some near and far") {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  const Ranks ranks;
+  std::uint64_t far_hits = 0, poses_sent = 0;
+  for (const double distance : {1e20, -1e30, 1e38, 1e39, -1e300, kMost})
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+      CAPTURE(distance);
+      CAPTURE(seed);
+      Random random(seed);
+      RandomCrowd crowd = random_crowd(random, ranks.count);
+      // There all are at one place, so these are few.
+      constexpr std::uint32_t kOneIn = 8;
+      for (Member& member : crowd.world.members)
+        for (std::size_t i = 0; i < member.poses.origins.size(); i += 3 * kOneIn) {
+          member.poses.origins[i] = distance;
+          member.poses.origins[i + 1] = seed % 2 == 0 ? 0 : -distance;
+        }
+      const Frame expected = by_one_engine(crowd, crowd.containment);
+      const AllRanks found = by_all_ranks(crowd, ranks);
+      check_same_frame(expected, found.frame);
+      poses_sent += found.poses_sent;
+      far_hits +=
+          static_cast<std::uint64_t>(std::count_if(expected.hits.begin(), expected.hits.end(), [](const Hit& hit) {
+            return hit.instance_a % kOneIn == 0 && hit.instance_b % kOneIn == 0;
+          }));
+    }
+  if (ranks.rank == 0) MESSAGE("hits far away ", far_hits, ", characters whose poses were sent ", poses_sent);
+  CHECK(far_hits > 500);
+  if (ranks.count > 1) CHECK(poses_sent > 100);
 }
 
 }  // namespace cab::tests

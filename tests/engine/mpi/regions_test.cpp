@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <limits>
+
 namespace cab::tests {
 
 TEST_CASE("of two ranks exactly one tests two characters, and the smaller one's if their sizes differ") {
@@ -30,6 +32,7 @@ TEST_CASE("sizes are classes of powers of four") {
   CHECK(size(.99) == size(1) - 1);
   CHECK(size(100) > size(4));
   CHECK(size(0) < size(1e-30));
+  CHECK(size(1e300) < size(std::numeric_limits<double>::infinity()));
 }
 
 }  // namespace cab::tests
