@@ -181,9 +181,10 @@ Status Border::choose_pairs() {
     GatheredInput& places = gathered[b];
     const auto add = [&](const double* about, const RelativeBounds& relative, std::uint32_t layers,
                          std::uint32_t layer_mask) {
-      places.origins.insert(places.origins.end(), about, about + 3);
-      bounds[b].insert(bounds[b].end(), relative.lo, relative.lo + 3);
-      bounds[b].insert(bounds[b].end(), relative.hi, relative.hi + 3);
+      const RelativeBounds scaled = scaled_for_search(relative);
+      for (std::size_t c = 0; c < 3; ++c) places.origins.push_back(double{kSearchScale} * about[c]);
+      bounds[b].insert(bounds[b].end(), scaled.lo, scaled.lo + 3);
+      bounds[b].insert(bounds[b].end(), scaled.hi, scaled.hi + 3);
       if (members & kHasLayers) places.layers.push_back(layers);
       if (members & kHasMasks) places.layer_masks.push_back(layer_mask);
     };
@@ -207,7 +208,7 @@ Status Border::choose_pairs() {
   FrameJob job;
   job.inputs = inputs;
   job.rules = between;
-  job.margin = job_.margin;
+  job.margin = kSearchScale * job_.margin;
   std::vector<InstancePair> pairs(kFirstPairs);
   CandidateList list;
   list.pairs = pairs;

@@ -88,6 +88,15 @@ RelativeBounds relative_to(const double* point, const double* about, const Relat
   return out;
 }
 
+RelativeBounds scaled_for_search(const RelativeBounds& bounds) {
+  RelativeBounds out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    out.lo[c] = rounded_down(double{kSearchScale} * static_cast<double>(bounds.lo[c]));
+    out.hi[c] = rounded_up(double{kSearchScale} * static_cast<double>(bounds.hi[c]));
+  }
+  return out;
+}
+
 Status bound_characters(Engine& engine, BatchId batch, std::uint32_t slice, const BatchInput& input,
                         Span<const std::uint32_t> chosen, const Policies& policies, Span<RelativeBounds> bounds) {
   if (chosen.empty()) return Status::kOk;

@@ -34,6 +34,11 @@ WorldBounds in_world(const double* about, const RelativeBounds& bounds, float ma
 // The same bounds relative to another point, rounded outwards.
 RelativeBounds relative_to(const double* point, const double* about, const RelativeBounds& bounds);
 
+// find_candidates takes bounds to kMaxCoordinate, but boxes reach up to 2.8 times as far from a character's origin, and
+// 1.8 times its own margin farther. So it gets lengths and places of this share, and bounds are rounded outwards.
+inline constexpr float kSearchScale = 0.125f;
+RelativeBounds scaled_for_search(const RelativeBounds& bounds);
+
 // Bounds some characters of one articulation. batch: of the engine, with room for `slice` characters at a time. input:
 // as in compute_boxes. chosen: whom, ascending. Writes to bounds[i] for each character i of them. Statuses: those of
 // compute_boxes.

@@ -289,7 +289,7 @@ TEST_CASE("characters as far apart as doubles go have the hits of one engine, th
   constexpr double kMost = std::numeric_limits<double>::max();
   const Ranks ranks;
   std::uint64_t far_hits = 0, poses_sent = 0;
-  for (const double distance : {1e20, -1e30, 1e38, 1e39, -1e300, kMost})
+  for (const double distance : {1e20, -1e30, 1.2e32, 1e39, -1e300, kMost})
     for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       CAPTURE(distance);
       CAPTURE(seed);
@@ -314,6 +314,34 @@ TEST_CASE("characters as far apart as doubles go have the hits of one engine, th
   if (ranks.rank == 0) MESSAGE("hits far away ", far_hits, ", characters whose poses were sent ", poses_sent);
   CHECK(far_hits > 500);
   if (ranks.count > 1) CHECK(poses_sent > 100);
+}
+
+TEST_CASE("characters as large as boxes and margins go have the hits of one engine") {
+  constexpr float kHalf = 5e17f, kMargin = 9e17f;
+  constexpr std::uint32_t kInstances = 12;
+  const Ranks ranks;
+  std::uint64_t hits = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    CAPTURE(seed);
+    Random random(seed);
+    RandomCrowd crowd;
+    Member& member = crowd.world.members.emplace_back();
+    member.rig = random_rig(random, Topology::kTree, 3, 1);
+    for (Leaf& leaf : member.rig.leaves)
+      for (float& half : leaf.box.half) half *= kHalf;
+    const auto format = static_cast<PoseFormat>(random.index(3));
+    member.poses = random_poses(random, member.rig, kInstances, format, {6 * double{kHalf}, true, true, {}});
+    crowd.skins.resize(1);
+    std::vector<float>& margins = crowd.margins.emplace_back();
+    for (std::uint32_t i = 0; i < kInstances; ++i) margins.push_back(random.chance(0.3) ? kMargin : 0);
+    pair_all(crowd.world, 1, 1);
+    own_all(random, ranks.count, crowd);
+    const Frame expected = by_one_engine(crowd, crowd.containment);
+    check_same_frame(expected, by_all_ranks(crowd, ranks).frame);
+    hits += expected.hits.size();
+  }
+  if (ranks.rank == 0) MESSAGE("hits ", hits);
+  CHECK(hits > 100);
 }
 
 }  // namespace cab::tests
