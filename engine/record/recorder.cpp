@@ -63,13 +63,15 @@ struct Arrays {
   PoseFormat format = PoseFormat::kQuaternionTranslation;
   bool has_scale = false;
   std::vector<float> poses;
+  std::vector<std::int16_t> rounded;  // instead of poses, with a pose_step
   std::vector<double> origins;
   std::vector<float> orientations, scales, margins;
   std::vector<std::uint32_t> layers, layer_masks, instances;
   std::uint32_t count = kAllInstances;
 
   bool has_poses_of(const Arrays& other) const {
-    return format == other.format && has_scale == other.has_scale && same_bytes(poses, other.poses);
+    return format == other.format && has_scale == other.has_scale && same_bytes(poses, other.poses) &&
+           rounded == other.rounded;
   }
   bool has_rest_of(const Arrays& other) const {
     return count == other.count && same_bytes(origins, other.origins) && same_bytes(orientations, other.orientations) &&
@@ -111,6 +113,12 @@ fb::Offset<fb::Vector<std::uint32_t>> words_of(fb::FlatBufferBuilder& builder, S
   const auto vector = builder.CreateUninitializedVector(structs.size * sizeof(T) / sizeof *words, &words);
   std::memcpy(words, structs.data, structs.size * sizeof(T));
   return vector;
+}
+
+// What a chunk has no room for is refused, since a reader would not find it.
+void check_size(std::uint64_t bytes, const char* what) {
+  if (bytes > kMostPayloadBytes)
+    fail(std::string(what) + " of " + std::to_string(bytes) + " bytes is too large: chunks have 2 GB");
 }
 
 void check_names(Span<const char* const> names, std::size_t count, const char* what) {
@@ -159,10 +167,10 @@ struct Recorder::Storage {
   const KnownBatch& known(BatchId id) const;
 
   void check(const FrameJob& job) const;
-  Arrays gather(const BatchInput& input, const KnownBatch& batch) const;
-  std::vector<std::int16_t> rounded_poses(const Arrays& arrays) const;
+  Arrays gather(const BatchInput& input) const;
+  void round(Arrays& arrays) const;
   fb::Offset<format::Poses> poses_of(const Arrays& arrays);
-  fb::Offset<format::Input> input_of(const BatchInput& input);
+  fb::Offset<format::Input> input_of(const BatchInput& input, Arrays arrays);
   fb::Offset<format::Settings> settings_of(const FrameJob& job, bool has_contacts);
   std::uint64_t frame_bytes(const FrameJob& job) const;
   void write_frame(const FrameJob& job, bool has_contacts, double time);
@@ -216,6 +224,8 @@ void Recorder::Storage::write_chunk() {
   const auto chunk = format::CreateChunk(*builder, header, vector_of(*builder, articulation_tables),
                                          vector_of(*builder, batch_tables), vector_of(*builder, frames));
   format::FinishSizePrefixedChunkBuffer(*builder, chunk);
+  if (builder->GetSize() > kMostPayloadBytes) is_broken = true;
+  check_size(builder->GetSize(), "a chunk");
 
   const std::uint8_t* const first = builder->GetBufferPointer();
   std::vector<std::uint8_t> payload(first, first + builder->GetSize());
@@ -360,7 +370,8 @@ void Recorder::Storage::check(const FrameJob& job) const {
   if (job.hits.size < job.hit_count) fail("hit_count is above the number of hits");
 }
 
-Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batch) const {
+Arrays Recorder::Storage::gather(const BatchInput& input) const {
+  const KnownBatch& batch = known(input.batch);
   Arrays arrays;
   arrays.count = std::min(input.count, batch.instance_count);
   const std::size_t count = arrays.count;
@@ -374,6 +385,7 @@ Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batc
   arrays.has_scale = input.poses.has_scale;
   if (input.poses.data == nullptr && count > 0) fail("a batch has no poses");
   gather_poses(input.poses, batch.link_count, count, input.instances, arrays.poses);
+  if (options.pose_step > 0) round(arrays);
   arrays.origins = first_of(input.origins, count, 3);
   arrays.orientations = first_of(input.orientations, count, 4);
   arrays.scales = first_of(input.scales, count, 1);
@@ -381,25 +393,23 @@ Arrays Recorder::Storage::gather(const BatchInput& input, const KnownBatch& batc
   return arrays;
 }
 
-std::vector<std::int16_t> Recorder::Storage::rounded_poses(const Arrays& arrays) const {
+void Recorder::Storage::round(Arrays& arrays) const {
   if (arrays.format != PoseFormat::kQuaternionTranslation)
     fail("with a pose_step poses must be quaternions and translations");
-  std::vector<std::int16_t> rounded;
-  if (!to_steps(arrays.poses, options.pose_step, rounded))
+  if (!to_steps(arrays.poses, options.pose_step, arrays.rounded))
     fail("with a pose_step poses must be those of round_poses, and be given to run_frame so");
-  return rounded;
+  arrays.poses = {};
 }
 
 fb::Offset<format::Poses> Recorder::Storage::poses_of(const Arrays& arrays) {
   const auto pose_format = static_cast<std::uint8_t>(arrays.format);
   if (options.pose_step == 0)
     return format::CreatePoses(*builder, pose_format, arrays.has_scale, builder->CreateVector(arrays.poses));
-  return format::CreatePoses(*builder, pose_format, arrays.has_scale, 0, builder->CreateVector(rounded_poses(arrays)));
+  return format::CreatePoses(*builder, pose_format, arrays.has_scale, 0, builder->CreateVector(arrays.rounded));
 }
 
-fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input) {
+fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input, Arrays arrays) {
   const KnownBatch& batch = known(input.batch);
-  Arrays arrays = gather(input, batch);
   std::vector<std::uint32_t> masked;
   for (std::size_t i = 0; i < std::min<std::size_t>(input.flags.size, arrays.count); ++i)
     if (input.flags[i] != 0) masked.push_back(static_cast<std::uint32_t>(i));
@@ -467,11 +477,14 @@ std::uint64_t Recorder::Storage::frame_bytes(const FrameJob& job) const {
 // hits and contacts are those that were written. has_contacts: whether contacts were asked for.
 void Recorder::Storage::write_frame(const FrameJob& job, bool has_contacts, double time) {
   const std::uint64_t bytes = frame_bytes(job);
-  if (bytes > kMostPayloadBytes) fail("a frame of " + std::to_string(bytes) + " bytes is too large: chunks have 2 GB");
+  check_size(bytes, "a frame");
+  // The builder keeps what it was given until a chunk is written, so nothing is refused from here on.
+  std::vector<Arrays> gathered;
+  for (const BatchInput& input : job.inputs) gathered.push_back(gather(input));
   if (builder->GetSize() + bytes > kMostPayloadBytes) write_chunk();
   at_hand.clear();
   std::vector<fb::Offset<format::Input>> inputs;
-  for (const BatchInput& input : job.inputs) inputs.push_back(input_of(input));
+  for (std::size_t k = 0; k < gathered.size(); ++k) inputs.push_back(input_of(job.inputs[k], std::move(gathered[k])));
   const FrameStats& stats = job.stats;
   const format::Stats counts(stats.candidates, stats.box_tests, stats.leaf_pairs, stats.exact_tests,
                              stats.false_positives, stats.instances_masked, stats.seconds_total);
@@ -509,9 +522,8 @@ void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, do
       if (has_contacts) contacts[m].push_back(job.contacts[h]);
     }
   }
-  // A pose that is refused leaves no moment behind.
-  if (options.pose_step > 0)
-    for (const BatchInput& input : job.inputs) static_cast<void>(rounded_poses(gather(input, known(input.batch))));
+  // What is refused leaves no moment behind.
+  for (const BatchInput& input : job.inputs) static_cast<void>(gather(input));
   for (std::size_t m = 0; m < moments; ++m) {
     const Moment moment = moment_of(job, m, counts);
     FrameJob frame = job;

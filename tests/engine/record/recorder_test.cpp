@@ -554,6 +554,49 @@ TEST_CASE("of a job with a moment that is refused no frame is recorded") {
   must(recorder, recorder.close());
 }
 
+TEST_CASE("a frame that is refused leaves nothing in the file") {
+  Random random(707);
+  const RecordingFile file("refused_frames");
+  const Rig rig = random_rig(random, Topology::kChain, 2, 1);
+  record::RecorderOptions options;
+  options.pose_step = 1.0f / 1024;
+  Poses many = random_poses(random, rig, 40, PoseFormat::kQuaternionTranslation, {});
+  Poses few = random_poses(random, rig, 2, PoseFormat::kQuaternionTranslation, {});
+  CHECK(record::round_poses(many.data, options.pose_step));
+  CHECK(record::round_poses(few.data, options.pose_step));
+  Poses unrounded = few;
+  unrounded.pose(1, 0)[4] += 0.0001f;
+  const std::uint32_t beyond[] = {0, 2};
+  const auto bytes_with = [&](int refused) {
+    record::Recorder recorder;
+    must(recorder, recorder.open(file.path(), options));
+    must(recorder, recorder.add_articulation({1}, rig.desc()));
+    must(recorder, recorder.add_batch({1}, {{1}, 40, BatchKind::kCharacters}));
+    must(recorder, recorder.add_batch({2}, {{1}, 2, BatchKind::kCharacters}));
+    std::vector<BatchInput> inputs(2);
+    inputs[0] = many.input({1});
+    FrameJob job;
+    job.inputs = inputs;
+    for (int f = 0; f < 2; ++f) {
+      for (int k = 0; k < refused; ++k) {
+        inputs[1] = unrounded.input({2});
+        CHECK_FALSE(recorder.add_frame(job, f));
+        inputs[1] = few.input({2});
+        inputs[1].poses.data = nullptr;
+        CHECK_FALSE(recorder.add_frame(job, f));
+        inputs[1] = few.input({2});
+        inputs[1].instances = beyond;
+        CHECK_FALSE(recorder.add_frame(job, f));
+      }
+      inputs[1] = few.input({2});
+      must(recorder, recorder.add_frame(job, f));
+    }
+    must(recorder, recorder.close());
+    return file.bytes();
+  };
+  CHECK(bytes_with(0) == bytes_with(100));
+}
+
 // Two frames of a row of cubes, each in a chunk of its own.
 std::vector<std::uint8_t> two_chunks(bool compress) {
   const RecordingFile file("two_chunks");
