@@ -2,9 +2,12 @@
 
 #include <cab/record.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+
+#include "layout/error_bounds.h"
 
 namespace cab::record {
 namespace {
@@ -42,6 +45,21 @@ bool round_pose(float* pose, float step) {
   return true;
 }
 
+bool pose_to_steps(const float* pose, float step, std::int16_t* steps) {
+  for (std::size_t k = 0; k < kFloats; ++k)
+    if (!to_step(static_cast<double>(pose[k]), k, step, steps[k]) || !same_bits(from_step(steps[k], k, step), pose[k]))
+      return false;
+  return true;
+}
+
+// Whether the engine masks an instance for this pose, by the checks of its posing kernel.
+bool is_masked(const float* pose) {
+  const auto in_range = [](float number) { return std::fabs(number) <= kMaxCoordinate; };
+  if (!std::all_of(pose, pose + kFloats, in_range)) return true;
+  const float length_sq = (pose[0] * pose[0] + pose[1] * pose[1]) + (pose[2] * pose[2] + pose[3] * pose[3]);
+  return length_sq < kQuaternionSqMin || length_sq > kQuaternionSqMax;
+}
+
 }  // namespace
 
 bool is_step(float step) {
@@ -52,10 +70,11 @@ bool is_step(float step) {
 
 bool to_steps(const std::vector<float>& poses, float step, std::vector<std::int16_t>& steps) {
   steps.resize(poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i)
-    if (!to_step(static_cast<double>(poses[i]), i % kFloats, step, steps[i]) ||
-        !same_bits(from_step(steps[i], i % kFloats, step), poses[i]))
-      return false;
+  for (std::size_t i = 0; i < poses.size(); i += kFloats) {
+    if (pose_to_steps(&poses[i], step, &steps[i])) continue;
+    if (!is_masked(&poses[i])) return false;
+    std::fill_n(&steps[i], kFloats, std::int16_t{0});
+  }
   return true;
 }
 

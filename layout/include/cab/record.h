@@ -36,7 +36,9 @@ struct RecorderOptions {
 
   // Above 0: poses are written in 16 bits per number, translations as multiples of this length, at most 32767 of them.
   // It must be a power of two. Only poses that round_poses has rounded are taken, so that the hits of the recording are
-  // those of its poses. With kQuaternionTranslation only. 0 (default): poses are written as floats, bit for bit.
+  // those of its poses, and poses that are none, for which the engine masks their instance: those that 16 bits do not
+  // hold are written as 7 zeros, for which it is masked as well. With kQuaternionTranslation only. 0 (default): poses
+  // are written as floats, bit for bit.
   float pose_step = 0;
 
   // Whether frames are added after those of a file that is there. What is cut off at its end is dropped, and so is the

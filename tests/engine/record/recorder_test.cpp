@@ -345,6 +345,51 @@ TEST_CASE("rounded poses are recorded as they ran, and poses that are not rounde
   }
 }
 
+// Of links that the engine does not read a pose masks nothing, whatever it is.
+TEST_CASE("what is masked for its pose is so in a recording of rounded poses, and changes no hit") {
+  constexpr float kStep = 1.0f / 1024;
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinite = std::numeric_limits<float>::infinity();
+  Random random(708);
+  const RecordingFile file("masked");
+  std::size_t masked = 0, hits = 0;
+  for (std::uint64_t round = 0; round < rounds(40); ++round) {
+    CAPTURE(round);
+    World world;
+    add_characters(random, world, 12);
+    for (Member& member : world.members) {
+      PoseRange range;
+      range.origins = range.orientations = true;
+      Poses& poses = member.poses =
+          random_poses(random, member.rig, member.poses.instance_count, PoseFormat::kQuaternionTranslation, range);
+      CHECK(record::round_poses(poses.data, kStep));
+      if (random.chance(0.7))
+        poses.data[random.index(static_cast<std::uint32_t>(poses.data.size()))] = random.chance(0.5) ? nan : infinite;
+    }
+    const EnginePtr engine = make_engine_for(world);
+    record::Recorder recorder;
+    record::RecorderOptions options;
+    options.pose_step = kStep;
+    must(recorder, recorder.open(file.path(), options));
+    tell(recorder, world);
+    const Outcome outcome = run_recorded(*engine, recorder, world, any_policies(random, false), 0);
+    must(recorder, recorder.close());
+    record::Recording recording;
+    must(recording, recording.open(file.path()));
+    record::RecordedFrame frame;
+    must(recording, recording.read_frame(0, &frame));
+    record::Player player;
+    must(player, player.open(recording));
+    must(player, player.run(frame));
+    CHECK(same_hits_and_contacts(player.hits(), player.contacts(), outcome));
+    CHECK(player.stats().instances_masked == outcome.stats.instances_masked);
+    CHECK(frame.masked.size == 2 * outcome.stats.instances_masked);
+    masked += outcome.stats.instances_masked;
+    hits += outcome.hits.size();
+  }
+  CHECK(masked >= least_count(20, 40));
+  CHECK(hits >= least_count(20, 40));
+}
+
 TEST_CASE("static bodies and levels of detail are recorded") {
   const RecordingFile file("levels");
   Random random(704);

@@ -41,11 +41,32 @@ TEST_CASE("rounded poses are near, and survive the way to steps and back bit for
   }
 }
 
+constexpr float kInfinite = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+
+TEST_CASE("a pose that is none has steps of 0 where 16 bits do not hold it") {
+  const std::vector<float> sound = {0, 0, 0, 1, 1, 2, 3};
+  const std::vector<std::vector<float>> no_poses = {
+      {0, kNan, 0, 1, 1, 2, 3},  {0, 0, 0, kInfinite, 1, 2, 3}, {0, 0, 0, 1, 1, kNan, 3}, {0, 0, 0, 1, 1, 2, 2e18f},
+      {0, 0, 0, 0, 1.25f, 2, 3}, {0, 0, 0, 5e-4f, 1, 2, 3},     {0, 0, 2e3f, 0, 1, 2, 3}};
+  std::vector<std::int16_t> steps;
+  for (const std::vector<float>& pose : no_poses) {
+    std::vector<float> three = sound;
+    three.insert(three.end(), pose.begin(), pose.end());
+    three.insert(three.end(), sound.begin(), sound.end());
+    REQUIRE(to_steps(three, 1, steps));
+    CHECK(steps == std::vector<std::int16_t>{0, 0, 0, 32767, 1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 32767, 1, 2, 3});
+  }
+  REQUIRE(to_steps({0, 0, 0, 0, 1, 2, 3}, 1, steps));
+  CHECK(steps == std::vector<std::int16_t>{0, 0, 0, 0, 1, 2, 3});
+  const std::vector<std::vector<float>> poses = {
+      {0, 0, 0, 1, 1, 2, 1e18f}, {0, 0, 0, 2e-3f, 1, 2, 3}, {0, 0, 0, 9e2f, 1, 2, 3}, {0, 0, 0, 1, 1.25f, 2, 3}};
+  for (const std::vector<float>& pose : poses) CHECK_FALSE(to_steps(pose, 1, steps));
+}
+
 TEST_CASE("what 16 bits do not hold is not rounded") {
-  const float infinite = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const std::vector<std::vector<float>> poses = {{0, 0, 0, 0, 1, 2, 3},        {0, nan, 0, 1, 1, 2, 3},
-                                                 {0, infinite, 0, 1, 1, 2, 3}, {0, 0, 0, 1, 32768, 2, 3},
-                                                 {0, 0, 0, 1, 1, -32768, 3},   {0, 0, 0, 1, 1, 2, nan}};
+  const std::vector<std::vector<float>> poses = {{0, 0, 0, 0, 1, 2, 3},         {0, kNan, 0, 1, 1, 2, 3},
+                                                 {0, kInfinite, 0, 1, 1, 2, 3}, {0, 0, 0, 1, 32768, 2, 3},
+                                                 {0, 0, 0, 1, 1, -32768, 3},    {0, 0, 0, 1, 1, 2, kNan}};
   for (std::vector<float> pose : poses) {
     const std::vector<float> before = pose;
     CHECK_FALSE(round_poses(pose, 1));
@@ -57,7 +78,7 @@ TEST_CASE("what 16 bits do not hold is not rounded") {
   CHECK(two[11] == 1);
   CHECK_FALSE(round_poses(two, 0.3f));
   CHECK_FALSE(is_step(-1));
-  CHECK_FALSE(is_step(nan));
+  CHECK_FALSE(is_step(kNan));
   CHECK(is_step(0));
   CHECK(is_step(0.0009765625f));
 }
