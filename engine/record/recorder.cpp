@@ -15,6 +15,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -105,6 +106,35 @@ std::string bytes_of(const TableT& table) {
   return std::string(reinterpret_cast<const char*>(builder.GetBufferPointer()), builder.GetSize());
 }
 
+// The tables of one kind that a file has, or will have with its next chunk.
+template <class Table>
+struct Definitions {
+  using TableT = typename Table::NativeTableType;
+
+  std::unordered_map<std::string, std::uint32_t> indices;  // by bytes
+  std::uint32_t count = 0;
+  std::vector<TableT> unwritten;
+
+  // What is defined already keeps its index, so that it is written once, however often it comes and goes.
+  std::uint32_t index_of(TableT table) {
+    const auto [found, is_new] = indices.emplace(bytes_of<Table>(table), count);
+    if (is_new) {
+      unwritten.push_back(std::move(table));
+      ++count;
+    }
+    return found->second;
+  }
+
+  // A table of a file that was there.
+  void know(const TableT& table) { indices.emplace(bytes_of<Table>(table), count++); }
+
+  std::vector<fb::Offset<Table>> pack(fb::FlatBufferBuilder& builder) const {
+    std::vector<fb::Offset<Table>> tables;
+    for (const TableT& table : unwritten) tables.push_back(Table::Pack(builder, &table));
+    return tables;
+  }
+};
+
 // Structs as words (words.h).
 template <class T>
 fb::Offset<fb::Vector<std::uint32_t>> words_of(fb::FlatBufferBuilder& builder, Span<const T> structs) {
@@ -137,11 +167,8 @@ struct Recorder::Storage {
 
   std::map<std::uint64_t, KnownArticulation> articulations;
   std::map<std::uint64_t, KnownBatch> batches;
-  std::map<std::string, std::uint32_t> articulation_bytes;                     // index by table
-  std::map<std::uint32_t, std::pair<std::string, std::uint32_t>> batch_bytes;  // table and index by slot
-  std::uint32_t articulation_count = 0, batch_count = 0;
-  std::vector<format::ArticulationT> new_articulations;
-  std::vector<format::BatchT> new_batches;
+  Definitions<format::Articulation> defined_articulations;
+  Definitions<format::Batch> defined_batches;
 
   std::unique_ptr<fb::FlatBufferBuilder> builder;
   std::vector<fb::Offset<format::Frame>> frames;
@@ -162,8 +189,6 @@ struct Recorder::Storage {
   bool is_barely_begun() const;
   void know(const Recording& recording);
 
-  std::uint32_t index_of(format::ArticulationT table);
-  std::uint32_t index_of(format::BatchT table);
   const KnownBatch& known(BatchId id) const;
 
   void check(const FrameJob& job) const;
@@ -208,7 +233,9 @@ void Recorder::Storage::flush_file() {
 }
 
 void Recorder::Storage::write_chunk() {
-  if (frames.empty() && new_articulations.empty() && new_batches.empty() && !wants_header) return;
+  const bool has_definitions =
+      wants_header || !defined_articulations.unwritten.empty() || !defined_batches.unwritten.empty();
+  if (frames.empty() && !has_definitions) return;
   fb::Offset<format::Header> header;
   if (wants_header)
     header =
@@ -216,11 +243,8 @@ void Recorder::Storage::write_chunk() {
                              options.seconds_per_frame, options.metres_per_unit, static_cast<std::uint8_t>(options.up),
                              builder->CreateString(options.isa == Isa::kAuto ? "" : to_string(options.isa)),
                              options.thread_count, options.pose_step);
-  std::vector<fb::Offset<format::Articulation>> articulation_tables;
-  for (const format::ArticulationT& table : new_articulations)
-    articulation_tables.push_back(format::Articulation::Pack(*builder, &table));
-  std::vector<fb::Offset<format::Batch>> batch_tables;
-  for (const format::BatchT& table : new_batches) batch_tables.push_back(format::Batch::Pack(*builder, &table));
+  const auto articulation_tables = defined_articulations.pack(*builder);
+  const auto batch_tables = defined_batches.pack(*builder);
   const auto chunk = format::CreateChunk(*builder, header, vector_of(*builder, articulation_tables),
                                          vector_of(*builder, batch_tables), vector_of(*builder, frames));
   format::FinishSizePrefixedChunkBuffer(*builder, chunk);
@@ -230,7 +254,7 @@ void Recorder::Storage::write_chunk() {
   const std::uint8_t* const first = builder->GetBufferPointer();
   std::vector<std::uint8_t> payload(first, first + builder->GetSize());
   ChunkHeader bytes_around = encode(payload, options.compress);
-  bytes_around.has_definitions = wants_header || !new_articulations.empty() || !new_batches.empty();
+  bytes_around.has_definitions = has_definitions;
   bytes_around.frame_count = static_cast<std::uint32_t>(frames.size());
   bytes_around.first_frame = frame_count - bytes_around.frame_count;
   payload.resize(static_cast<std::size_t>(padded(payload.size())));
@@ -239,8 +263,8 @@ void Recorder::Storage::write_chunk() {
   write_bytes(payload.data(), payload.size());
   flush_file();
   wants_header = false;
-  new_articulations.clear();
-  new_batches.clear();
+  defined_articulations.unwritten.clear();
+  defined_batches.unwritten.clear();
   begin_chunk();
 }
 
@@ -307,58 +331,28 @@ void Recorder::Storage::open_behind() {
 
 // What a recording has defined, by the tables that define the same.
 void Recorder::Storage::know(const Recording& recording) {
-  articulation_count = recording.articulation_count();
-  batch_count = recording.batch_count();
-  for (std::uint32_t a = 0; a < articulation_count; ++a) {
+  for (std::uint32_t a = 0; a < recording.articulation_count(); ++a) {
     const RecordedArticulation entry = recording.articulation(a);
     const ArticulationNames names = {entry.name, entry.link_names};
     const auto of = static_cast<std::uint32_t>(entry.lod.of.value - 1);  // of a level alone
-    articulation_bytes.emplace(
-        bytes_of<format::Articulation>(entry.is_lod ? lod_table(entry.lod, of, entry.link_count, names)
-                                                    : articulation_table(entry.desc, names)),
-        a);
+    defined_articulations.know(entry.is_lod ? lod_table(entry.lod, of, entry.link_count, names)
+                                            : articulation_table(entry.desc, names));
   }
-  for (std::uint32_t b = 0; b < batch_count; ++b) {
+  for (std::uint32_t b = 0; b < recording.batch_count(); ++b) {
     const RecordedBatch entry = recording.batch(b);
     const BatchNames names = {entry.name, entry.instance_names};
-    batch_bytes[entry.slot] = {
-        bytes_of<format::Batch>(entry.is_static
-                                    ? static_batch_table(entry.slot, entry.static_desc, names)
-                                    : batch_table(entry.slot, entry.articulation, entry.instance_count, names)),
-        b};
+    defined_batches.know(entry.is_static ? static_batch_table(entry.slot, entry.static_desc, names)
+                                         : batch_table(entry.slot, entry.articulation, entry.instance_count, names));
   }
 }
 
-// ------------------------------------------------------------------------------------------------------- definitions
-
-std::uint32_t Recorder::Storage::index_of(format::ArticulationT table) {
-  const auto [found, is_new] = articulation_bytes.emplace(bytes_of<format::Articulation>(table), articulation_count);
-  if (is_new) {
-    new_articulations.push_back(std::move(table));
-    ++articulation_count;
-  }
-  return found->second;
-}
-
-// A batch takes the place of an earlier one in the same slot, unless it is the same.
-std::uint32_t Recorder::Storage::index_of(format::BatchT table) {
-  std::string bytes = bytes_of<format::Batch>(table);
-  auto& [last_bytes, index] = batch_bytes[table.slot];
-  if (last_bytes != bytes) {
-    last_bytes = std::move(bytes);
-    index = batch_count++;
-    new_batches.push_back(std::move(table));
-  }
-  return index;
-}
+// ------------------------------------------------------------------------------------------------------------ frames
 
 const KnownBatch& Recorder::Storage::known(BatchId id) const {
   const auto found = batches.find(id.value);
   if (found == batches.end()) fail("a batch was not told by add_batch or add_static_batch");
   return found->second;
 }
-
-// ------------------------------------------------------------------------------------------------------------ frames
 
 void Recorder::Storage::check(const FrameJob& job) const {
   if (job.report != Report::kHits && job.report != Report::kDistances)
@@ -624,7 +618,7 @@ bool Recorder::add_articulation(ArticulationId id, const ArticulationDesc& desc,
                                 const ArticulationNames& names) noexcept {
   return with_file(storage_, [&](Storage& to) {
     check_names(names.links, desc.link_parents.size, "links");
-    const std::uint32_t index = to.index_of(articulation_table(desc, names));
+    const std::uint32_t index = to.defined_articulations.index_of(articulation_table(desc, names));
     to.articulations[id.value] = {index, static_cast<std::uint32_t>(desc.link_parents.size)};
   });
 }
@@ -635,7 +629,7 @@ bool Recorder::add_lod(ArticulationId id, const LodDesc& desc, const Articulatio
     if (of == to.articulations.end()) fail("a level is of an articulation that was not told by add_articulation");
     const auto [of_index, links] = of->second;
     check_names(names.links, links, "links");
-    to.articulations[id.value] = {to.index_of(lod_table(desc, of_index, links, names)), links};
+    to.articulations[id.value] = {to.defined_articulations.index_of(lod_table(desc, of_index, links, names)), links};
   });
 }
 
@@ -648,8 +642,12 @@ bool Recorder::add_batch(BatchId id, const BatchDesc& desc, const BatchNames& na
     const std::uint32_t recorded_count = is_sequence ? 1 : desc.instance_count;
     check_names(names.instances, recorded_count, "instances");
     format::BatchT table = batch_table(slot_of(id).value, articulation->second.index, recorded_count, names);
-    to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, articulation->second.link_count,
-                            desc.instance_count,           is_sequence,       false};
+    to.batches[id.value] = {to.defined_batches.index_of(std::move(table)),
+                            slot_of(id).value,
+                            articulation->second.link_count,
+                            desc.instance_count,
+                            is_sequence,
+                            false};
   });
 }
 
@@ -658,7 +656,7 @@ bool Recorder::add_static_batch(BatchId id, const StaticDesc& desc, const BatchN
     format::BatchT table = static_batch_table(slot_of(id).value, desc, names);
     const std::uint32_t count = table.instance_count;
     check_names(names.instances, count, "instances");
-    to.batches[id.value] = {to.index_of(std::move(table)), slot_of(id).value, 1, count, false, true};
+    to.batches[id.value] = {to.defined_batches.index_of(std::move(table)), slot_of(id).value, 1, count, false, true};
   });
 }
 

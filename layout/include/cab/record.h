@@ -77,7 +77,8 @@ class Recorder {
   [[nodiscard]] bool open(const char* path, const RecorderOptions& options = {}) noexcept;
 
   // Each call tells the recorder what was added to the engine, with the id that the engine gave. What is added is
-  // written with the next frame. An id may be told again once the engine has removed what it named.
+  // written with the next frame. An id may be told again once the engine has removed what it named. What the file
+  // has already is not written again; to tell that, the recorder keeps a copy of all that was added.
   [[nodiscard]] bool add_articulation(ArticulationId id, const ArticulationDesc& desc,
                                       const ArticulationNames& names = {}) noexcept;
   [[nodiscard]] bool add_lod(ArticulationId id, const LodDesc& desc, const ArticulationNames& names = {}) noexcept;

@@ -259,6 +259,75 @@ TEST_CASE("a batch may take the slot of one that was removed") {
   }
 }
 
+// A character beside two tiles of a level that stream in and out of one slot.
+TEST_CASE("a batch that comes back to its slot is written once") {
+  const RecordingFile file("tiles");
+  CubeRow row;
+  constexpr std::size_t kTriangles = 1000;
+  std::vector<std::uint32_t> corners;
+  std::vector<float> triangles[2];
+  for (std::uint32_t v = 0; v < 3 * kTriangles; ++v) {
+    corners.push_back(v);
+    for (const std::size_t tile : {0u, 1u})
+      triangles[tile].insert(triangles[tile].end(),
+                             {tile == 0 ? 0.0f : 9.0f, v % 3 == 1 ? 0.1f : 0.0f, v % 3 == 2 ? 0.1f : 0.0f});
+  }
+  std::uint32_t frame_count = 0;
+  const auto record_tiles = [&](bool append, int switches) {
+    record::Recorder recorder;
+    record::RecorderOptions options;
+    options.append = append;
+    must(recorder, recorder.open(file.path(), options));
+    const BatchId character = row.add(recorder, 1);
+    for (int s = 0; s < switches; ++s, ++frame_count) {
+      StaticDesc level;
+      level.vertices = triangles[frame_count % 2];
+      level.triangles = corners;
+      BatchId tile;
+      require(add_static_batch(*row.engine, level, &tile));
+      CHECK(slot_of(tile).value == 2);
+      must(recorder, recorder.add_static_batch(tile, level));
+      std::vector<BatchInput> inputs;
+      std::vector<PairRule> rules;
+      row.hits.resize(2 * kTriangles);
+      row.run(character, 1, inputs, rules);
+      inputs.emplace_back();
+      inputs[1].batch = tile;
+      rules = {{character, tile, Pairing::kBetween}};
+      FrameJob job;
+      job.inputs = inputs;
+      job.rules = rules;
+      job.hits = row.hits;
+      require(run_frame(*row.engine, job));
+      CHECK(job.hit_count == (frame_count % 2 == 0 ? kTriangles : 0));
+      must(recorder, recorder.add_frame(job, frame_count));
+      if (s % 3 == 2) must(recorder, recorder.flush());
+      require(remove_batch(*row.engine, tile));
+    }
+    must(recorder, recorder.close());
+    require(remove_batch(*row.engine, character));
+  };
+  record_tiles(false, 7);
+  record_tiles(true, 6);
+
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  CHECK(recording.articulation_count() == 1);
+  CHECK(recording.batch_count() == 3);
+  REQUIRE(recording.frame_count() == 13);
+  record::Player player;
+  must(player, player.open(recording));
+  for (const std::uint32_t f : {0u, 1u, 2u, 3u, 12u, 11u, 5u, 6u, 7u, 8u, 10u, 4u, 9u}) {
+    record::RecordedFrame frame;
+    must(recording, recording.read_frame(f, &frame));
+    REQUIRE(frame.job.inputs.size == 2);
+    CHECK(frame.job.inputs[1].batch.value == 2 + f % 2);
+    must(player, player.run(frame));
+    CHECK(player.hits().size == (f % 2 == 0 ? kTriangles : 0));
+    CHECK(record::hash_hits(player.hits(), player.contacts()) == frame.hash);
+  }
+}
+
 TEST_CASE("a recording is appended to, behind what is whole") {
   const RecordingFile file("append");
   CubeRow row;
