@@ -93,6 +93,18 @@ std::vector<T> first_of(Span<const T> span, std::size_t count, std::size_t each)
   return std::vector<T>(span.data, span.data + std::min(span.size, count * each));
 }
 
+// The instances of an input that take part and are masked. The flags of others are those of earlier frames.
+std::vector<std::uint32_t> masked_of(const BatchInput& input, std::uint32_t count) {
+  std::vector<std::uint32_t> masked;
+  const auto look_at = [&](std::uint32_t instance) {
+    if (instance < input.flags.size && input.flags[instance] != 0) masked.push_back(instance);
+  };
+  for (const std::uint32_t instance : input.instances) look_at(instance);
+  if (input.instances.empty())
+    for (std::uint32_t instance = 0; instance < count; ++instance) look_at(instance);
+  return masked;
+}
+
 template <class T>
 fb::Offset<fb::Vector<T>> vector_of(fb::FlatBufferBuilder& builder, const std::vector<T>& values) {
   return values.empty() ? fb::Offset<fb::Vector<T>>() : builder.CreateVector(values);
@@ -404,10 +416,7 @@ fb::Offset<format::Poses> Recorder::Storage::poses_of(const Arrays& arrays) {
 
 fb::Offset<format::Input> Recorder::Storage::input_of(const BatchInput& input, Arrays arrays) {
   const KnownBatch& batch = known(input.batch);
-  std::vector<std::uint32_t> masked;
-  for (std::size_t i = 0; i < std::min<std::size_t>(input.flags.size, arrays.count); ++i)
-    if (input.flags[i] != 0) masked.push_back(static_cast<std::uint32_t>(i));
-
+  const std::vector<std::uint32_t> masked = masked_of(input, arrays.count);
   const auto last = before.find(batch.index);
   const bool same_poses = last != before.end() && arrays.has_poses_of(last->second);
   const bool same_rest = last != before.end() && arrays.has_rest_of(last->second);

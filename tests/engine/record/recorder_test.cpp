@@ -459,6 +459,39 @@ TEST_CASE("what is masked for its pose is so in a recording of rounded poses, an
   CHECK(hits >= least_count(20, 40));
 }
 
+TEST_CASE("an instance that is not in the frame is not masked in it") {
+  const RecordingFile file("unlisted");
+  CubeRow row;
+  record::Recorder recorder;
+  must(recorder, recorder.open(file.path()));
+  const BatchId batch = row.add(recorder, 4);
+  std::vector<BatchInput> inputs;
+  std::vector<PairRule> rules;
+  FrameJob job = row.run(batch, 4, inputs, rules);
+  row.poses[7 + 4] = row.poses[3 * 7 + 4] = std::numeric_limits<float>::quiet_NaN();
+  std::uint8_t flags[4] = {};
+  inputs[0].flags = {flags, 4};
+  const std::uint32_t listed[] = {0, 2, 3};
+  for (const int f : {0, 1, 2}) {
+    if (f == 1) inputs[0].instances = listed;
+    if (f == 2) inputs[0].instances = {};
+    if (f == 2) inputs[0].count = 3;
+    require(run_frame(*row.engine, job));
+    must(recorder, recorder.add_frame(job, f));
+  }
+  must(recorder, recorder.close());
+  CHECK(flags[1] != 0);  // since the first frame
+  record::Recording recording;
+  must(recording, recording.open(file.path()));
+  const std::vector<std::uint32_t> masked[] = {{0, 1, 0, 3}, {0, 3}, {0, 1}};
+  for (const std::uint32_t f : {0u, 1u, 2u}) {
+    record::RecordedFrame frame;
+    must(recording, recording.read_frame(f, &frame));
+    CHECK(same_values(frame.masked, masked[f]));
+    CHECK(frame.stats.instances_masked == masked[f].size() / 2);
+  }
+}
+
 TEST_CASE("static bodies and levels of detail are recorded") {
   const RecordingFile file("levels");
   Random random(704);
