@@ -88,7 +88,8 @@ class Recorder {
   // Writes a frame that run_frame answered with kOk: its inputs, rules, policies, hits and contacts. `time` is in
   // seconds. Instances are masked as BatchInput::flags says of those that are in the frame, where it is given. Of
   // sequences every moment becomes a frame, seconds_per_frame apart, in which each sequence is a character. Refused are
-  // Report::kInContact, Resting::kSkipped, whose hits do not say what touches, and sequences beside characters.
+  // Report::kInContact, Resting::kSkipped, whose hits do not say what touches, sequences beside characters, and a time
+  // that is not finite.
   [[nodiscard]] bool add_frame(const FrameJob& job, double time) noexcept;
 
   // Writes the chunk at hand.
