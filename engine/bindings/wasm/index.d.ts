@@ -4,7 +4,8 @@
  * Names are those of the C++ API in camel case: `link_parents` is `linkParents`, `run_frame` is `runFrame`. Values of
  * enumerations are strings: `Refit::kCabSum` is `'cab_sum'`. What the headers of the C++ API say about units,
  * frames, handedness and defaults holds here: all lengths are in one unit of your choice, quaternions are x y z w,
- * indices count from 0. A member that is left out has the default of the C++ API.
+ * indices count from 0. A member that is left out has the default of the C++ API, and one that a call does not know is
+ * a TypeError. Members may be inherited, or getters of a class, whose methods are not read.
  *
  * Arrays of a batch and lists of hits are views of the memory of the module. They are not copies, and they end:
  * the memory may grow in any call of the module, a world or a history, and where an array of a batch is asked for the
@@ -16,7 +17,10 @@
 export type Vec3 = readonly [number, number, number];
 /** A quaternion x y z w. */
 export type Quaternion = readonly [number, number, number, number];
-/** Numbers that a call reads: copied, so any array will do; typed arrays are the fastest. */
+/**
+ * Numbers that a call reads: copied, so any array will do; typed arrays are the fastest. Views of the module's memory
+ * are read before the call lets it grow.
+ */
 export type Numbers = ArrayLike<number>;
 
 /** What went wrong, by the name of the C++ API's `Status` without its k: `Status::kBadPoses` is `'bad_poses'`. */

@@ -25,6 +25,28 @@ const LEAF_LEVEL = 0xffffffff;
 // What a table has under a name of the caller's. Names such as '__proto__' are those of every object, and of no entry.
 const entryOf = (table, name) => Object.prototype.hasOwnProperty.call(table, name) ? table[name] : undefined;
 
+// The last prototype of an object: Object.prototype, also that of another frame or context, or none.
+const isRoot = (object) => object === null || object === Object.prototype ||
+    Object.prototype.hasOwnProperty.call(object, 'isPrototypeOf');
+
+// The members of what a call is given: its own, inherited ones and the getters of its class, whose methods are none.
+function membersOf(where, values) {
+  if (typeof values !== 'object' || values === null) throw new TypeError(`cab: ${where} is not an object`);
+  if (isRoot(Object.getPrototypeOf(values))) return values;
+  const members = Object.create(null);
+  for (let of = values; !isRoot(of); of = Object.getPrototypeOf(of)) {
+    for (const [key, {enumerable, get}] of Object.entries(Object.getOwnPropertyDescriptors(of))) {
+      if ((enumerable || get) && !(key in members)) members[key] = values[key];
+    }
+  }
+  return members;
+}
+
+// Throws for the first of the members that a call does not know.
+function refuseRest(where, rest) {
+  for (const key of Object.keys(rest)) throw new TypeError(`cab: ${where} takes no '${key}'`);
+}
+
 const FLOATS_OF_POSE = {quaternion_translation: 7, matrix3x4_rows: 12, matrix4x4_columns: 16};
 function floatsOfPose(format) {
   const floats = entryOf(FLOATS_OF_POSE, format);
@@ -117,8 +139,9 @@ function compiledOf({module, bytes, url, simd}) {
                                    : new URL('./cab_scalar.wasm', import.meta.url));
 }
 
-export async function load({module, bytes, url, simd, checkViews = false, ...rest} = {}) {
-  for (const key of Object.keys(rest)) throw new TypeError(`cab: load takes no '${key}'`);
+export async function load(options = {}) {
+  const {module, bytes, url, simd, checkViews = false, ...rest} = membersOf('options of load', options);
+  refuseRest('load', rest);
   const compiled = await compiledOf({module, bytes, url, simd});
   const ended = (code) => {
     throw new Error(`cab: the module has ended with ${code}`);
@@ -250,12 +273,36 @@ class Structs {
 
   // The address of a new struct with its defaults, and with the members that `values` has.
   make(name, values = {}) {
-    const at = this.take(structs[name].size);
-    this.fill(name, at, values);
+    const members = this.read(name, values), at = this.take(structs[name].size);
+    this.#fill(name, at, members);
     return at;
   }
 
-  fill(name, at, values) {
+  // What a struct is given, as plain objects and arrays that last: the call may make the memory grow, which ends views
+  // of it. So all that a call is given is read before it takes memory.
+  read(name, values) {
+    const members = {}, given = membersOf(name, values);
+    for (const key of Object.keys(given)) {
+      const member = entryOf(structs[name].members, key), value = given[key];
+      if (!member) throw new TypeError(`cab: ${name} has no member '${key}'`);
+      if (value !== undefined) members[key] = this.#readMember(member.type, value);
+    }
+    return members;
+  }
+
+  #readMember(type, value) {
+    if (type.startsWith('[')) {
+      const of = type.slice(1, -1);
+      if (!structs[of] || ID_CLASSES[of] || typeof value?.length !== 'number') return this.lasting(value);
+      return Array.from({length: value.length}, (_, i) => this.read(of, value[i]));
+    }
+    return structs[type] && !ID_CLASSES[type] ? this.read(type, value) : this.lasting(value);
+  }
+
+  // A copy of a view of this memory; all else as it is.
+  lasting(value) { return value?.buffer && value.buffer === this.memory.buffer ? value.slice() : value; }
+
+  #fill(name, at, values) {
     const {size, hasDefault} = structs[name];
     if (name === 'HistoryId') {
       if (!(values instanceof History)) throw new TypeError('cab: a history is not what addHistory returns');
@@ -264,15 +311,16 @@ class Structs {
     }
     if (hasDefault) this.exports[`cab_default_${snake(name)}`](at);
     else new Uint8Array(this.memory.buffer, at, size).fill(0);
-    this.set(name, at, values);
+    this.#write(name, at, values);
   }
 
-  set(name, at, values) {
-    if (typeof values !== 'object' || values === null) throw new TypeError(`cab: ${name} is not an object`);
+  set(name, at, values) { this.#write(name, at, this.read(name, values)); }
+
+  // Writes members that have been read, or that the module made.
+  #write(name, at, values) {
+    const {members} = structs[name];
     for (const key of Object.keys(values)) {
-      const member = entryOf(structs[name].members, key);
-      if (!member) throw new TypeError(`cab: ${name} has no member '${key}'`);
-      if (values[key] !== undefined) this.#setMember(`${name}.${key}`, member, at + member.at, values[key]);
+      this.#setMember(`${name}.${key}`, members[key], at + members[key].at, values[key]);
     }
   }
 
@@ -290,7 +338,7 @@ class Structs {
       }
       this.view.setBigUint64(at, this.idOf(where, value), true);
     } else if (structs[type]) {
-      this.set(type, at, value);
+      this.#write(type, at, value);
     } else {
       this.#setNumber(where, type, at, value);
     }
@@ -335,8 +383,7 @@ class Structs {
   span(where, type, value) {
     if (value instanceof Place) return value;
     if (typeof value?.length !== 'number') throw new TypeError(`cab: ${where} is not an array`);
-    // A view of this memory would be gone once the memory has grown.
-    if (value.buffer === this.memory.buffer) value = value.slice();
+    value = this.lasting(value);
     const {length} = value;
     if (!length) {
       refuseDetached(where, value);
@@ -345,7 +392,7 @@ class Structs {
     if (structs[type]) {
       const {size} = structs[type];
       const data = this.take(size * length);
-      for (let i = 0; i < length; ++i) this.fill(type, data + i * size, value[i]);
+      for (let i = 0; i < length; ++i) this.#fill(type, data + i * size, value[i]);
       return {data, size: length};
     }
     const {array: Values, bytes} = NUMBERS[type];
@@ -563,7 +610,7 @@ export class Batch {
     if (this.id === null) throw new TypeError('cab: the batch has been removed');
   }
 
-  // What a call is given of the batch.
+  // What a call is given of the batch, before it takes memory.
   _input() {
     const input = {batch: this, count: this.count};
     if (this.#poses) input.poses = {format: this.format, hasScale: this.hasScale, data: this.#poses};
@@ -571,7 +618,7 @@ export class Batch {
       refuseDetached('Batch.instances', this.instances);
       input.count = 0;  // to the engine an empty list is all instances
     } else if (this.instances !== null && this.instances !== undefined) {
-      input.instances = this.instances;
+      input.instances = this.#structs.lasting(this.instances);
     }
     for (const [name, at] of this.#arrays) input[name] = new Place(at, ARRAYS[name].fill.length * this.size);
     return input;
@@ -649,6 +696,9 @@ export class History {
   }
 }
 
+// The classes of what ids stand for.
+const ID_CLASSES = {ArticulationId: Articulation, BatchId: Batch, HistoryId: History};
+
 function momentInput(structs_, moment) {
   if (!(moment instanceof Moment)) throw new TypeError('cab: this is not what Batch.moment returns');
   return moment._input(structs_);
@@ -687,8 +737,8 @@ export class World {
 
   constructor(structs_, desc) {
     this.#structs = structs_;
-    const {isa = 'auto', ...rest} = desc;
-    for (const key of Object.keys(rest)) throw new TypeError(`cab: createWorld takes no '${key}'`);
+    const {isa = 'auto', ...rest} = membersOf('desc', desc);
+    refuseRest('createWorld', rest);
     this.#engine = structs_.borrowed(() => {
       const out = structs_.take(4);
       structs_.check(structs_.exports.cab_create_engine(abiVersion, structs_.make('EngineDesc', {isa}), out));
@@ -728,7 +778,7 @@ export class World {
   #add(call, name, descOf) {
     const structs_ = this.#structs, engine = this.#alive();
     return structs_.borrowed(() => {
-      const out = structs_.take(8), bad = structs_.take(4), desc = structs_.make(name, descOf());
+      const desc = structs_.make(name, descOf()), out = structs_.take(8), bad = structs_.take(4);
       structs_.view.setUint32(bad, NO_ELEMENT, true);
       const code = call(engine, desc, out, bad);
       const element = structs_.view.getUint32(bad, true);
@@ -739,7 +789,7 @@ export class World {
 
   addArticulation(desc) {
     return this.#articulation(this.#add(this.#exports.cab_add_articulation, 'ArticulationDesc', () => {
-      const {restPose, ...rest} = desc;
+      const {restPose, ...rest} = this.#structs.read('ArticulationDesc', desc);
       // Without links the engine has its own words.
       if (restPose && rest.linkParents?.length) {
         rest.restPose = this.#structs.poses('restPose', restPose, rest.linkParents.length, 1).view;
@@ -751,7 +801,7 @@ export class World {
   addLod(desc) {
     if (!(desc.of instanceof Articulation)) throw new TypeError('cab: LodDesc.of is not what addArticulation returns');
     return this.#articulation(this.#add(this.#exports.cab_add_lod, 'LodDesc', () => {
-      const {restPoses, ...rest} = desc;
+      const {restPoses, ...rest} = this.#structs.read('LodDesc', desc);
       if (restPoses) {
         const {view, count} = this.#structs.poses('restPoses', restPoses, rest.of.linkCount);
         Object.assign(rest, {restPoses: view, restPoseCount: count});
@@ -803,8 +853,12 @@ export class World {
   }
 
   addStaticBatch(desc) {
-    const id = this.#add(this.#exports.cab_add_static_batch, 'StaticDesc', () => desc);
-    const size = (desc.bodies?.length ?? 0) + (desc.triangles?.length ?? 0) / 3;
+    let size;
+    const id = this.#add(this.#exports.cab_add_static_batch, 'StaticDesc', () => {
+      const members = this.#structs.read('StaticDesc', desc);
+      size = (members.bodies?.length ?? 0) + (members.triangles?.length ?? 0) / 3;
+      return members;
+    });
     const batch = new Batch(this.#structs, id, null, size, null, false);
     this.#batches.set(batch.slot, batch);
     return batch;
@@ -836,9 +890,9 @@ export class World {
   }
 
   whyMasked(batch, instance) {
-    const engine = this.#alive();
+    const engine = this.#alive(), input = inputOf(batch);
     return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
-                                        engine, this.#structs.make('BatchInput', inputOf(batch)), instance, out));
+                                        engine, this.#structs.make('BatchInput', input), instance, out));
   }
 
   computeBoxes(batch, policies = {}) {
@@ -859,21 +913,20 @@ export class World {
   // ----------------------------------------------------------------------------------------------------------- frame
 
   // Writes what a frame is given, and whether contacts are wanted. Room for hits is not given yet.
-  #frameJob({rules = [], batches, policies = {}, contacts = false, ...rest}) {
+  #frameJob(job) {
     const structs_ = this.#structs;
-    for (const key of Object.keys(rest)) {
-      if (!['margin', 'minDepth', 'report', 'containment'].includes(key)) {
-        throw new TypeError(`cab: runFrame takes no '${key}'`);
-      }
-    }
-    const inputs = [...new Set(batches ?? rules.flatMap(({a, b = a}) => [a, b]))];
-    const at = structs_.make('FrameJob', {
-      ...rest,
-      inputs: inputs.map(inputOf),
-      rules: rules.map(({a, b = a, ...how}) => ({a, b, ...how})),
+    const {
+      rules: given = [], batches, policies = {}, contacts = false, margin, minDepth, report, containment, ...rest
+    } = membersOf('the job', job);
+    refuseRest('runFrame', rest);
+    const rules = given.map((rule) => {
+      const {a, b = a, ...how} = membersOf('PairRule', rule);
+      return {a, b, ...how};
     });
+    const inputs = [...new Set(batches ?? rules.flatMap(({a, b}) => [a, b]))];
+    const at = structs_.make('FrameJob', {inputs: inputs.map(inputOf), rules, margin, minDepth, report, containment});
     this.#setPolicies(at + structs.FrameJob.members.policies.at, policies);
-    return {at, wantsContacts: contacts || rest.report === 'distances'};
+    return {at, wantsContacts: contacts || report === 'distances'};
   }
 
   runFrame(job) {
@@ -1036,8 +1089,9 @@ export class World {
     });
   }
 
-  findTouchingMoments({last, pairs, resolution, ...rest}) {
-    for (const key of Object.keys(rest)) throw new TypeError(`cab: findTouchingMoments takes no '${key}'`);
+  findTouchingMoments(job) {
+    const {last, pairs, resolution, ...rest} = membersOf('the job', job);
+    refuseRest('findTouchingMoments', rest);
     if (typeof resolution !== 'number') throw new TypeError('cab: findTouchingMoments needs a resolution');
     return this.#ofPairs('pairs', pairs, (inputs, span, count, batches) => {
       const structs_ = this.#structs, out = structs_.take(4 * count);
@@ -1049,18 +1103,21 @@ export class World {
     });
   }
 
-  boxLines(batch, {policies = {}, level = 'leaves', shapes, hits = [], contacts, origin, ...rest} = {}) {
+  boxLines(batch, options = {}) {
     const structs_ = this.#structs, engine = this.#alive(), input = inputOf(batch);
-    for (const key of Object.keys(rest)) throw new TypeError(`cab: boxLines takes no '${key}'`);
+    const {
+      policies = {}, level = 'leaves', shapes, hits = [], contacts, origin, ...rest
+    } = membersOf('options of boxLines', options);
+    refuseRest('boxLines', rest);
     return structs_.borrowed(() => {
-      const {data, size: hitCount} = this.#pairs('hits', hits);
-      const job = structs_.make('BoxLinesJob', {
+      const drawn = structs_.read('BoxLinesJob', {
         level: level === 'leaves' ? LEAF_LEVEL : level,
         shapes,
-        hits: new Place(data, hitCount),
         contacts,
         origin,
       });
+      const {data, size: hitCount} = this.#pairs('hits', hits);
+      const job = structs_.make('BoxLinesJob', {...drawn, hits: new Place(data, hitCount)});
       this.#setPolicies(job + structs.BoxLinesJob.members.policies.at, policies);
       const given = structs_.make('BatchInput', input), {size, members} = structs.BoxLine;
       let at = 0, code = this.#exports.cab_box_lines(engine, given, job);
@@ -1145,24 +1202,27 @@ export class World {
     const {
       queries = [], batches = [...this.#batches.values()], histories = [], exact, reuseBounds, surfacePoints = false,
       ...rest
-    } = job;
-    for (const key of Object.keys(rest)) throw new TypeError(`cab: runQueries takes no '${key}'`);
+    } = membersOf('the job', job);
+    refuseRest('runQueries', rest);
     ++this.#asked;
     return structs_.borrowed(() => {
       const planes = [];
-      const asked = queries.map(({planes: own, ...query}) => {
+      const asked = queries.map((given) => {
+        const members = membersOf('Query', given);
+        if (!('planes' in members)) return members;  // as most are: a copy of each takes time
+        const {planes: own, ...query} = members;
         if (own) Object.assign(query, {firstPlane: planes.push(...own) - own.length, planeCount: own.length});
         return query;
       });
-      const found = structs_.take(Math.max(asked.length, 1));
       const at = structs_.make('QueryJob', {
         exact, reuseBounds, planes,
         inputs: batches.map(inputOf),
         histories,
         queries: asked,
         badQuery: asked.length,
-        found: new Place(found, asked.length),
       });
+      const found = structs_.take(Math.max(asked.length, 1));
+      structs_.set('QueryJob', at, {found: new Place(found, asked.length)});
       const {hits, surfacePoints: points} = structs.QueryJob.members;
       let code;
       for (;;) {

@@ -118,6 +118,49 @@ test('memory that grows while a call is prepared loses no array of the call', as
   }
 });
 
+// Takes the memory that there is, so that any call which needs more than 64 kB makes it grow.
+function fillMemory({memory, exports}) {
+  const {byteLength} = memory.buffer;
+  let at;
+  do at = exports.malloc(1 << 16);
+  while (memory.buffer.byteLength === byteLength);
+  exports.malloc(memory.buffer.byteLength - at - (1 << 17));
+}
+
+test('views of the memory that are deep inside an argument are read before the call lets it grow', async () => {
+  const COUNT = 5000, cube = {half: [1, 1, 1]};
+  for (const checkViews of [false, true]) {
+    const module = await cab.load({checkViews});
+    const world = module.createWorld();
+    const batch = world.addBatch(world.addArticulation({linkParents: [-1], leaves: [{link: 0, box: cube}]}), COUNT);
+    batch.origins().set(Float64Array.from({length: 3 * COUNT}, (_, i) => i % 3 ? 0 : 10 * (i / 3)));
+    const place = (i) => batch.origins().subarray(3 * i, 3 * i + 3);
+    const each = (make) => Array.from({length: COUNT}, (_, i) => make(place(i)));
+    const grown = (call) => {
+      fillMemory(module);
+      const {byteLength} = module.memory.buffer, found = call();
+      assert.ok(module.memory.buffer.byteLength > byteLength, `${call}`);
+      return found;
+    };
+    const point = (position) => ({kind: 'point', length: 1, position});
+    assert.ok(grown(() => world.runQueries({queries: each(point)})).found.every((one) => one === 1));
+    const level = grown(() => world.addStaticBatch({bodies: each((origin) => ({origin, box: cube}))}));
+    const hits = world.runFrame({rules: [{a: batch, b: level}], policies: {exact: 'convex'}, contacts: true});
+    assert.equal(hits.length, COUNT);
+    const lines = grown(() => {
+      const contacts = hits.toArray().map(({contact}, i) => ({...contact, pointA: place(i).subarray()}));
+      return world.boxLines(batch, {hits: hits.words(), contacts, origin: place(0)});
+    });
+    assert.equal(lines.count, 12 * COUNT + COUNT);
+    const vertices = [0, 0, 0, 1, 0, 0, 0, 1, 0];
+    batch.layers().set([0, 1, 2]);
+    assert.equal(grown(() => world.addStaticBatch({
+      vertices, triangles: batch.layers().subarray(0, 3), bodies: each((origin) => ({origin, box: cube})),
+    })).size, COUNT + 1);
+    world.destroy();
+  }
+});
+
 test('a failing allocation is an error, and the world goes on', async () => {
   const module = await cab.load();
   const world = module.createWorld();

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import test from 'node:test';
+import {runInNewContext} from 'node:vm';
 import {abi, bone, cab, chain, folder} from './package.mjs';
 
 const module = await cab.load();
@@ -188,6 +189,57 @@ test('a getter of what a call is given cannot make another call, and the world g
     assert.throws(() => world.runFrame({rules: [{a: batch}], policies}), /makes another call/, name);
     assert.deepEqual([...world.runFrame({rules: [{a: batch}]}).words()], expected, name);
   }
+  world.destroy();
+});
+
+test('members that are getters of a class, or inherited, count as own ones do, and unknown ones throw', () => {
+  const {world, arm, batch} = arms();
+  class Ball {
+    #place;
+    kind = 'sphere';
+    constructor(place) { this.#place = place; }
+    get position() { return this.#place; }
+    get radius() { return 1; }
+    get want() { return 'any'; }
+    move() { this.#place = [0, 0, 0]; }
+  }
+  const far = new Ball([1000, 0, 0]), near = new Ball([0, 0, 0]);
+  assert.deepEqual([...world.runQueries({queries: [far, near]}).found], [0, 1]);
+  class Half extends Ball {
+    get planes() { return [{normal: [1, 0, 0], offset: -999}]; }
+  }
+  const half = Object.assign(new Half([0, 0, 0]), {kind: 'region'});
+  assert.deepEqual([...world.runQueries({queries: [half]}).found], [0]);
+
+  const rules = [{a: batch}], base = {margin: 100, rules};
+  const all = world.runFrame({...base}).length;
+  assert.ok(all > world.runFrame({rules}).length);
+  assert.equal(world.runFrame(Object.create(base)).length, all);
+  assert.equal(world.runFrame({rules, policies: Object.create({refit: 'best3'})}).length, 1);
+  assert.equal(world.runFrame({rules: [Object.create({a: batch, pairing: 'within'})]}).length, 2);
+  assert.equal(world.explainJob(Object.create({rules})), 'nothing is wrong');
+  assert.equal(world.boxLines(batch, Object.create({level: 0})).count, 2 * 12);
+  assert.equal(world.addArticulation(Object.create(chain(3))).linkCount, 3);
+  assert.equal(world.addLod(Object.create({of: arm, kind: 'nodes', maxLeaves: 1})).leafCount, 1);
+  assert.equal(world.addStaticBatch(Object.create({bodies: [Object.create({box: bone})]})).size, 1);
+  assert.equal(module.createWorld(Object.create({isa: 'scalar'})).isa, 'scalar');
+  const foreign = runInNewContext('({margin: 100})');
+  assert.equal(world.runFrame(Object.assign(foreign, {rules})).length, all);
+
+  class Wrong extends Ball {
+    get radios() { return 1; }
+  }
+  const calls = [
+    [/Query has no member 'radios'/, () => world.runQueries({queries: [new Wrong([0, 0, 0])]})],
+    [/Policies has no member 'refits'/, () => world.runFrame({rules, policies: Object.create({refits: 'cab'})})],
+    [/runFrame takes no 'margins'/, () => world.runFrame(Object.create({margins: 1, rules}))],
+    [/runQueries takes no 'query'/, () => world.runQueries(Object.create({query: []}))],
+    [/boxLines takes no 'colour'/, () => world.boxLines(batch, Object.create({colour: 1}))],
+    [/createWorld takes no 'threads'/, () => module.createWorld(Object.create({threads: 2}))],
+    [/the job is not an object/, () => world.runFrame()],
+    [/Query is not an object/, () => world.runQueries({queries: [null]})],
+  ];
+  for (const [message, call] of calls) assert.throws(call, {name: 'TypeError', message});
   world.destroy();
 });
 
