@@ -393,7 +393,7 @@ export interface Contact {
   leafB: number;
 }
 
-/** Two links. A `Hit` is one, too. */
+/** Two links. A `Hit` is one, too. All members are needed, and those that no hit has are refused. */
 export interface LinkPair {
   batchA: Batch;
   instanceA: number;

@@ -303,14 +303,16 @@ class Structs {
   lasting(value) { return value?.buffer && value.buffer === this.memory.buffer ? value.slice() : value; }
 
   #fill(name, at, values) {
-    const {size, hasDefault} = structs[name];
+    const {hasDefault, members} = structs[name];
     if (name === 'HistoryId') {
       if (!(values instanceof History)) throw new TypeError('cab: a history is not what addHistory returns');
       this.view.setBigUint64(at, this.idOf('a history', values), true);
       return;
     }
     if (hasDefault) this.exports[`cab_default_${snake(name)}`](at);
-    else new Uint8Array(this.memory.buffer, at, size).fill(0);
+    else for (const key of Object.keys(members)) {
+      if (values[key] === undefined) throw new TypeError(`cab: ${name} needs '${key}'`);
+    }
     this.#write(name, at, values);
   }
 
@@ -838,7 +840,11 @@ export class World {
     });
   }
 
-  addBatch(articulation, size, {kind, format = 'quaternion_translation', hasScale = false} = {}) {
+  addBatch(articulation, size, options = {}) {
+    const {
+      kind, format = 'quaternion_translation', hasScale = false, ...rest
+    } = membersOf('options of addBatch', options);
+    refuseRest('addBatch', rest);
     floatsOfPose(format);
     const id = this.#add(this.#exports.cab_add_batch, 'BatchDesc', () => ({articulation, instanceCount: size, kind}));
     let batch;
@@ -981,10 +987,16 @@ export class World {
       return new Place(words.data, words.size / perHit);
     }
     if (typeof pairs?.[Symbol.iterator] !== 'function') throw new TypeError(`cab: ${where} is no list of hits`);
-    return structs_.span(where, 'Hit', Array.from(pairs, ({batchA, instanceA, linkA, batchB, instanceB, linkB}) => ({
-      batchA: this.#slotOf(`batchA of ${where}`, batchA), instanceA, linkA,
-      batchB: this.#slotOf(`batchB of ${where}`, batchB), instanceB, linkB,
-    })));
+    return structs_.span(where, 'Hit', Array.from(pairs, (pair) => {
+      const {  // of a pair, or of a hit
+        batchA, instanceA, linkA, leafA = 0, batchB, instanceB, linkB, leafB = 0, contact, ...rest
+      } = membersOf(`a pair of ${where}`, pair);
+      refuseRest(`a pair of ${where}`, rest);
+      return {
+        batchA: this.#slotOf(`batchA of ${where}`, batchA), instanceA, linkA, leafA,
+        batchB: this.#slotOf(`batchB of ${where}`, batchB), instanceB, linkB, leafB,
+      };
+    }));
   }
 
   #slotOf(where, batch) {

@@ -50,6 +50,22 @@ test('hits that are new began, those that are gone ended, and the others did nei
   world.destroy();
 });
 
+test('leaves of hits that are objects are those of what began and ended', () => {
+  const world = module.createWorld();
+  const batch = world.addBatch(world.addArticulation({linkParents: [-1], leaves: [0, 1].map((at) => ({
+    link: 0, box: {center: [4 * at, 0, 0], half: [1, 1, 1]},
+  }))}), 2);
+  batch.origins()[3] = 5;
+  const hits = world.runFrame({rules: [{a: batch}]}), [{leafA, leafB}] = hits;
+  assert.deepEqual([leafA, leafB], [1, 0]);
+  for (const list of [hits, hits.toArray()]) {
+    for (const [change] of [world.diffHits([], list).began, world.diffHits(list, []).ended]) {
+      assert.deepEqual([change.leafA, change.leafB], [1, 0]);
+    }
+  }
+  world.destroy();
+});
+
 test('contacts of named links say how deep they are or how far apart', () => {
   const {world, ball, batch} = balls(0, TOUCHING, 10);
   const other = world.addBatch(ball, 1);
@@ -64,6 +80,17 @@ test('contacts of named links say how deep they are or how far apart', () => {
   assert.deepEqual(world.computeContacts([]), []);
   assert.throws(() => world.computeContacts([pair(0, batch, 3)]), {status: 'bad_pairs'});
   assert.throws(() => world.computeContacts([{...pair(0, batch, 1), batchB: ball}]), /batchB of pairs is not what add/);
+  const {instanceB, ...half} = pair(0, batch, 2);
+  assert.equal(instanceB, 2);
+  const mistyped = /a pair of pairs takes no 'instance_b'/;
+  for (const given of [{...half, instance_b: 2}, {...pair(0, batch, 2), instance_b: 2}]) {
+    assert.throws(() => world.computeContacts([given]), {name: 'TypeError', message: mistyped});
+    assert.throws(() => world.findTouchingMoments({last: [batch.moment()], pairs: [given], resolution: 1}), mistyped);
+  }
+  assert.throws(() => world.computeContacts([half]), {name: 'TypeError', message: /Hit needs 'instanceB'/});
+  const {leafB, ...unlike} = contacts[0];
+  assert.equal(leafB, 0);
+  assert.throws(() => world.boxLines(batch, {hits, contacts: [unlike]}), /Contact needs 'leafB'/);
   const words = hits.words().slice();
   world.remove(batch);
   assert.throws(() => world.computeContacts([pair(0, batch, 1)]), /batchA of pairs has been removed/);
