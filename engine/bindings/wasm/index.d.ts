@@ -459,8 +459,8 @@ export interface List<T, S> extends Iterable<T> {
 }
 
 /**
- * The hits of a frame, sorted by batch, instance and link of a, then of b. Loop over them for objects, or read single
- * numbers of hit i, which makes no objects.
+ * The hits of a frame, sorted by batchA, instanceA, batchB, instanceB, linkA, then linkB, batches by their slots. Loop
+ * over them for objects, or read single numbers of hit i, which makes no objects.
  */
 export declare class Hits implements List<Hit, FrameStats> {
   private constructor();

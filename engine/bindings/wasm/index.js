@@ -373,12 +373,17 @@ class Structs {
       this.view.setUint8(at, value ? 1 : 0);
       return;
     }
-    const {set, least, most} = NUMBERS[type];
+    this.checkNumber(where, type, value);
+    this.view[NUMBERS[type].set](at, value, true);
+  }
+
+  // Throws unless a value is a number of the type.
+  checkNumber(where, type, value) {
+    const {least, most} = NUMBERS[type];
     if (typeof value !== 'number') throw new TypeError(`cab: ${where} is not a number: ${value}`);
     if (least !== undefined && !(Number.isInteger(value) && least <= value && value <= most)) {
       throw new RangeError(`cab: ${where} is ${value}, and not a whole number from ${least} to ${most}`);
     }
-    this.view[set](at, value, true);
   }
 
   // Copies the values of a span into the module's memory, unless they have a Place there.
@@ -897,6 +902,7 @@ export class World {
 
   whyMasked(batch, instance) {
     const engine = this.#alive(), input = inputOf(batch);
+    this.#structs.checkNumber('instance', 'u32', instance);
     return this.#read('MaskReason', (out) => this.#exports.cab_why_masked(
                                         engine, this.#structs.make('BatchInput', input), instance, out));
   }
@@ -1292,7 +1298,7 @@ class List {
   // The address of entry i.
   _entry(i, name = this._name, from = this._at) {
     this._alive();
-    if (!(i >= 0 && i < this.length)) throw new RangeError(`cab: there is no hit ${i}`);
+    if (!(Number.isInteger(i) && i >= 0 && i < this.length)) throw new RangeError(`cab: there is no hit ${i}`);
     return from + i * structs[name].size;
   }
 

@@ -43,8 +43,23 @@ test('two links that touch are one hit, as an object and as numbers', () => {
   assert.equal(hits.wordsPerHit, 6);
   assert.equal(hits.stats.candidates, 1);
   assert.ok(hits.stats.secondsTotal > 0);
-  assert.throws(() => hits.at(1), RangeError);
+  for (const i of [1, -1, 0.5, NaN, undefined, '0']) {
+    assert.throws(() => hits.at(i), RangeError);
+    assert.throws(() => hits.linkA(i), RangeError);
+  }
   assert.throws(() => hits.contact(0), /not asked for contacts/);
+  world.destroy();
+});
+
+test('hits are sorted by both instances, then by both links', () => {
+  const world = module.createWorld(), arm = world.addArticulation(chain(2));
+  const first = world.addBatch(arm, 3), second = world.addBatch(arm, 2);
+  const hits = world.runFrame({rules: [{a: second, b: first}, {a: first}]}).toArray();
+  const keys = hits.map(({batchA, instanceA, linkA, batchB, instanceB, linkB}) =>
+      [batchA.slot, instanceA, batchB.slot, instanceB, linkA, linkB]);
+  assert.equal(keys.length, 4 * (3 * 2 + 3));
+  const compare = (x, y) => x.map((number, i) => number - y[i]).find((difference) => difference !== 0);
+  for (let i = 1; i < keys.length; ++i) assert.ok(compare(keys[i - 1], keys[i]) < 0, `${keys[i - 1]}, ${keys[i]}`);
   world.destroy();
 });
 
@@ -284,6 +299,12 @@ test('a bad pose masks only its own instance, and whyMasked says why', () => {
   const reason = world.whyMasked(batch, 0);
   assert.deepEqual([reason.cause, reason.link, reason.index, reason.value], ['pose_number', 1, 4, Infinity]);
   assert.equal(world.whyMasked(batch, 1).cause, 'none');
+  for (const instance of [NaN, -1, 1.7, 2 ** 32]) {
+    assert.throws(() => world.whyMasked(batch, instance), {name: 'RangeError', message: /instance is .* whole number/});
+  }
+  for (const instance of [undefined, null, '0', {}]) {
+    assert.throws(() => world.whyMasked(batch, instance), {name: 'TypeError', message: /instance is not a number/});
+  }
   world.destroy();
 });
 
