@@ -592,7 +592,7 @@ export interface Query {
 
 export interface QueryJob {
   queries: readonly Query[];
-  /** Whose links are asked for. Default: those of all batches. */
+  /** Whose links are asked for; no sequences. Default: those of all batches but sequences. */
   batches?: readonly Batch[];
   /** Whose links are asked for by queries with a time of their own. */
   histories?: readonly History[];

@@ -552,11 +552,13 @@ class Articulation {
 
 export class Batch {
   #structs;
+  #kind;
   #poses = 0;
   #arrays = new Map();  // name -> address
 
-  constructor(structs_, id, articulation, size, format, hasScale) {
+  constructor(structs_, id, articulation, size, {format = null, hasScale = false, kind = 'characters'}) {
     this.#structs = structs_;
+    this.#kind = kind;
     this.id = id;
     this.slot = Number(id & 0xffffffffn);
     this.articulation = articulation;
@@ -612,6 +614,8 @@ export class Batch {
   }
 
   _isOf(structs_) { return this.#structs === structs_; }
+
+  _isSequence() { return this.#kind === 'sequence'; }
 
   _alive() {
     if (this.id === null) throw new TypeError('cab: the batch has been removed');
@@ -854,7 +858,7 @@ export class World {
     const id = this.#add(this.#exports.cab_add_batch, 'BatchDesc', () => ({articulation, instanceCount: size, kind}));
     let batch;
     try {
-      batch = new Batch(this.#structs, id, articulation, size, format, hasScale);
+      batch = new Batch(this.#structs, id, articulation, size, {format, hasScale, kind});
     } catch (error) {
       this.#exports.cab_remove_batch(this.#engine, id);
       throw error;
@@ -870,7 +874,7 @@ export class World {
       size = (members.bodies?.length ?? 0) + (members.triangles?.length ?? 0) / 3;
       return members;
     });
-    const batch = new Batch(this.#structs, id, null, size, null, false);
+    const batch = new Batch(this.#structs, id, null, size, {});
     this.#batches.set(batch.slot, batch);
     return batch;
   }
@@ -1218,8 +1222,8 @@ export class World {
   runQueries(job) {
     const structs_ = this.#structs, engine = this.#alive();
     const {
-      queries = [], batches = [...this.#batches.values()], histories = [], exact, reuseBounds, surfacePoints = false,
-      ...rest
+      queries = [], batches = Array.from(this.#batches.values()).filter((batch) => !batch._isSequence()),
+      histories = [], exact, reuseBounds, surfacePoints = false, ...rest
     } = membersOf('the job', job);
     refuseRest('runQueries', rest);
     ++this.#asked;

@@ -409,6 +409,16 @@ test('rays, points, spheres, boxes, capsules and regions find the links that the
   world.destroy();
 });
 
+test('queries ask all batches but sequences, and none of these', () => {
+  const {world, arm, batch} = arms();
+  const sequence = world.addBatch(arm, 2, {kind: 'sequence'});
+  const wall = world.addStaticBatch({bodies: [{origin: [50, 0, 0], box: bone}]});
+  const queries = [{kind: 'sphere', position: [0, 0, 0], radius: 100, want: 'all'}];
+  assert.deepEqual(new Set(world.runQueries({queries}).toArray().map((hit) => hit.batch)), new Set([batch, wall]));
+  assert.equal(thrown(() => world.runQueries({queries, batches: [batch, sequence]})).status, 'bad_batch_kind');
+  world.destroy();
+});
+
 test('more queries than there was room for, and more hits, are all answered', () => {
   const {world, batch} = arms();
   const queries = Array.from({length: 2000}, () => ({kind: 'sphere', position: [0, 0, 0], radius: 100, want: 'all'}));
