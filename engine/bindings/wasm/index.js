@@ -1232,9 +1232,10 @@ export class World {
       const asked = queries.map((given) => {
         const members = membersOf('Query', given);
         if (!('planes' in members)) return members;  // as most are: a copy of each takes time
-        const {planes: own, ...query} = members;
-        if (own) Object.assign(query, {firstPlane: planes.push(...own) - own.length, planeCount: own.length});
-        return query;
+        const {planes: own, ...query} = members, firstPlane = planes.length;
+        if (!own) return query;
+        for (const plane of own) planes.push(plane);
+        return {...query, firstPlane, planeCount: planes.length - firstPlane};
       });
       const at = structs_.make('QueryJob', {
         exact, reuseBounds, planes,

@@ -409,6 +409,16 @@ test('rays, points, spheres, boxes, capsules and regions find the links that the
   world.destroy();
 });
 
+test('a region has as many planes as there is memory for', () => {
+  const {world} = arms();
+  const half = (offset) => ({normal: [1, 0, 0], offset}), region = {kind: 'region', position: [0, 0, 0]};
+  const many = Array.from({length: 300000}, () => half(9));
+  const planes = [many, [...many, half(-9)], [half(9)], [half(-9)]];
+  const queries = planes.map((own) => ({...region, planes: own}));
+  assert.deepEqual([...world.runQueries({queries}).found], [1, 0, 1, 0]);
+  world.destroy();
+});
+
 test('queries ask all batches but sequences, and none of these', () => {
   const {world, arm, batch} = arms();
   const sequence = world.addBatch(arm, 2, {kind: 'sequence'});
