@@ -272,7 +272,7 @@ export declare class Batch {
   private constructor();
   /** The id in the C API. Null once the batch is removed. */
   readonly id: bigint | null;
-  /** What stands for the batch in `Hits.words()`. */
+  /** What stands for the batch in `Hits.words()`. Once it is removed, the next batch may take it. */
   readonly slot: number;
   /** Null for static bodies. */
   readonly articulation: Articulation | null;
@@ -403,10 +403,15 @@ export interface LinkPair {
   linkB: number;
 }
 
-/** Pairs of links: what `runFrame` found, which is not copied, objects, or a copy of `Hits.words()`. */
+/**
+ * Pairs of links: what `runFrame` found, which is not copied, objects, or words of hits. `Hits.words()`, its parts by
+ * `subarray` and copies by `slice` know of which hits they are, so a slot means the batch that it had then, even if a
+ * later batch has taken it; so write no later hits into such a copy. Other copies only have slots: a slot that several
+ * batches of the world have had is a TypeError there. Only `diffHits` takes pairs whose batch has been removed.
+ */
 export type Pairs = Hits | readonly LinkPair[] | Uint32Array;
 
-/** Two links that began or ceased to touch. A batch that has been removed since is null. */
+/** Two links that began or ceased to touch. A batch that has been removed since is null, though its slot be taken. */
 export interface ChangedHit {
   batchA: Batch | null;
   instanceA: number;
@@ -704,7 +709,7 @@ export declare class World {
   computeBoxes(batch: Batch, policies?: Policies | Preset): BatchBoxes;
   /**
    * Which hits began and which ended between two lists, such as those of two frames. The next `runFrame` replaces
-   * hits: keep `hits.words().slice()`.
+   * hits: keep `hits.words().slice()`. Hits of a batch that was removed ended, though another batch has its slot now.
    */
   diffHits(previous: Pairs, current: Pairs): {began: ChangedHit[]; ended: ChangedHit[]};
   /**

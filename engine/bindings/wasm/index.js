@@ -335,7 +335,7 @@ class Structs {
       if (flat.length !== count) throw new TypeError(`cab: ${where} needs ${count} numbers, not ${flat.length}`);
       for (let i = 0; i < count; ++i) this.#setNumber(where, type, at + i * NUMBERS[type].bytes, flat[i]);
     } else if (type === 'ArticulationId' || type === 'BatchId') {
-      if (!(value instanceof (type === 'BatchId' ? Batch : Articulation))) {
+      if (!(value instanceof ID_CLASSES[type])) {
         throw new TypeError(`cab: ${where} is not what ${type === 'BatchId' ? 'addBatch' : 'addArticulation'} returns`);
       }
       this.view.setBigUint64(at, this.idOf(where, value), true);
@@ -351,12 +351,6 @@ class Structs {
     if (what.id === null) throw new TypeError(`cab: ${where} has been removed`);
     if (!what._isOf(this)) throw new TypeError(`cab: ${where} is of another module`);
     return what.id;
-  }
-
-  slotOf(where, batch) {
-    if (!(batch instanceof Batch)) throw new TypeError(`cab: ${where} is not what addBatch returns`);
-    this.idOf(where, batch);
-    return {value: batch.slot};
   }
 
   #setNumber(where, type, at, value) {
@@ -738,7 +732,9 @@ function fillWith(array, values) {
 export class World {
   #structs;
   #engine;
-  #batches = new Map();  // slot -> Batch
+  #batches = new Map();      // slot -> Batch: replaced when it changes, since hits keep that of their frame
+  #onlyBatches = new Map();  // slot -> the one Batch that it has stood for, or null if it was several
+  #made = new WeakSet();     // all batches, those that were removed, too
   #hits = {at: 0, contacts: 0, room: 0};
   #found = {at: 0, points: 0, room: 0};
   #triangles = {at: 0, room: 0};
@@ -771,7 +767,6 @@ export class World {
     if (!this.#engine) return;
     this.#structs.refuseNested();
     for (const batch of this.#batches.values()) batch._release();
-    this.#batches.clear();
     this.#exports.cab_destroy_engine(this.#engine);
     const {at, contacts} = this.#hits;
     for (const kept of [at, contacts, this.#found.at, this.#found.points, this.#triangles.at]) this.#exports.free(kept);
@@ -863,7 +858,14 @@ export class World {
       this.#exports.cab_remove_batch(this.#engine, id);
       throw error;
     }
-    this.#batches.set(batch.slot, batch);
+    return this.#keep(batch);
+  }
+
+  #keep(batch) {
+    const {slot} = batch;
+    this.#batches = new Map(this.#batches).set(slot, batch);
+    this.#onlyBatches.set(slot, this.#onlyBatches.has(slot) ? null : batch);
+    this.#made.add(batch);
     return batch;
   }
 
@@ -874,9 +876,7 @@ export class World {
       size = (members.bodies?.length ?? 0) + (members.triangles?.length ?? 0) / 3;
       return members;
     });
-    const batch = new Batch(this.#structs, id, null, size, {});
-    this.#batches.set(batch.slot, batch);
-    return batch;
+    return this.#keep(new Batch(this.#structs, id, null, size, {}));
   }
 
   remove(what) {
@@ -888,6 +888,7 @@ export class World {
     const call = isBatch ? this.#exports.cab_remove_batch : this.#exports.cab_remove_articulation;
     structs_.check(call(engine, structs_.idOf('what is to be removed', what)));
     if (!isBatch) return;
+    this.#batches = new Map(this.#batches);
     this.#batches.delete(what.slot);
     what._release();
     ++this.#frame;
@@ -960,6 +961,7 @@ export class World {
                this.#makeRoom(structs_.member('FrameJob', 'hitsNeeded', at)));
       structs_.check(code);
       return new Hits(structs_, this.#batches, {
+        world: this,
         count: structs_.member('FrameJob', 'hitCount', at),
         at: this.#hits.at,
         contacts: wantsContacts ? this.#hits.contacts : 0,
@@ -984,48 +986,73 @@ export class World {
 
   // -------------------------------------------------------------------------------------- what was found, looked at
 
-  // Pairs of links as hits in the module's memory: a list of hits, where it lies; hits as objects, or words of hits.
-  #pairs(where, pairs) {
-    const structs_ = this.#structs;
-    if (pairs instanceof Hits) {
-      if (pairs._batches !== this.#batches) throw new TypeError(`cab: ${where} is of another world`);
-      return pairs._place();
-    }
+  // Pairs of links, a list of hits, words of hits or hits as objects: their place in the module's memory, and a map of
+  // the batches that their slots stand for, which may have been removed.
+  #pairs(where, given) {
+    const structs_ = this.#structs, pairs = structs_.lasting(given), list = pairs?.[HITS] ?? pairs;
+    if (list instanceof Hits && list._world !== this) throw new TypeError(`cab: ${where} is of another world`);
+    if (pairs instanceof Hits) return {place: pairs._place(), batches: pairs._batches};
     if (pairs instanceof Uint32Array) {
       const words = structs_.span(where, 'u32', pairs), perHit = structs.Hit.size / 4;
       if (words.size % perHit) throw new TypeError(`cab: ${where} has ${words.size} words, and not ${perHit} per hit`);
-      return new Place(words.data, words.size / perHit);
+      const place = new Place(words.data, words.size / perHit);
+      return {place, batches: list instanceof Hits ? list._batches : this.#knownBatches(where, place)};
     }
     if (typeof pairs?.[Symbol.iterator] !== 'function') throw new TypeError(`cab: ${where} is no list of hits`);
-    return structs_.span(where, 'Hit', Array.from(pairs, (pair) => {
+    const batches = new Map();
+    const slotOf = (name, batch) => {
+      if (!(batch instanceof Batch)) throw new TypeError(`cab: ${name} of ${where} is not what addBatch returns`);
+      if (!this.#made.has(batch)) throw new TypeError(`cab: ${name} of ${where} is of another world`);
+      const {slot} = batch;
+      if (batches.has(slot) && batches.get(slot) !== batch) {
+        throw new TypeError(`cab: ${where} has hits of two times: of a batch, and of one that took its slot`);
+      }
+      batches.set(slot, batch);
+      return {value: slot};
+    };
+    const {data, size} = structs_.span(where, 'Hit', Array.from(pairs, (pair) => {
       const {  // of a pair, or of a hit
         batchA, instanceA, linkA, leafA = 0, batchB, instanceB, linkB, leafB = 0, contact, ...rest
       } = membersOf(`a pair of ${where}`, pair);
       refuseRest(`a pair of ${where}`, rest);
       return {
-        batchA: this.#slotOf(`batchA of ${where}`, batchA), instanceA, linkA, leafA,
-        batchB: this.#slotOf(`batchB of ${where}`, batchB), instanceB, linkB, leafB,
+        batchA: slotOf('batchA', batchA), instanceA, linkA, leafA,
+        batchB: slotOf('batchB', batchB), instanceB, linkB, leafB,
       };
     }));
+    return {place: new Place(data, size), batches};
   }
 
-  #slotOf(where, batch) {
-    const slot = this.#structs.slotOf(where, batch);
-    if (this.#batches.get(batch.slot) !== batch) throw new TypeError(`cab: ${where} is of another world`);
-    return slot;
+  // The batches of words that do not know of which hits they are: of each slot the only one that there has been.
+  #knownBatches(where, place) {
+    for (const slot of this.#slotsOf(place)) {
+      if (this.#onlyBatches.get(slot) !== null) continue;
+      throw new TypeError(`cab: ${where} is a copy of words that names slot ${slot}, which several batches have had; ` +
+                          'a copy by words().slice() knows which of them is meant');
+    }
+    return this.#onlyBatches;
   }
 
-  // The batches that pairs in memory name, as inputs.
-  #batchesOf(where, {data, size}) {
+  // The slots of both batches of a hit.
+  #slotsAt(hit) {
+    const {batchA, batchB} = structs.Hit.members, {view} = this.#structs;
+    return [view.getUint32(hit + batchA.at, true), view.getUint32(hit + batchB.at, true)];
+  }
+
+  #slotsOf({data, size}) {
     const slots = new Set();
     for (let i = 0; i < size; ++i) {
-      for (const key of ['batchA', 'batchB']) {
-        slots.add(this.#structs.view.getUint32(data + i * structs.Hit.size + structs.Hit.members[key].at, true));
-      }
+      for (const slot of this.#slotsAt(data + i * structs.Hit.size)) slots.add(slot);
     }
-    return Array.from(slots, (slot) => {
-      const batch = this.#batches.get(slot);
+    return slots;
+  }
+
+  // The batches that pairs name, none of which may have been removed.
+  #batchesOf(where, {place, batches}) {
+    return Array.from(this.#slotsOf(place), (slot) => {
+      const batch = batches.get(slot);
       if (!batch) throw new TypeError(`cab: ${where} names a batch that this world does not have`);
+      if (batch.id === null) throw new TypeError(`cab: ${where} names a batch that has been removed`);
       return batch;
     });
   }
@@ -1035,7 +1062,7 @@ export class World {
     const structs_ = this.#structs;
     this.#alive();
     return structs_.borrowed(() => {
-      const place = this.#pairs(where, pairs), batches = this.#batchesOf(where, place);
+      const given = this.#pairs(where, pairs), {place} = given, batches = this.#batchesOf(where, given);
       const inputs = this.#inputs(batches.map(inputOf));
       return call(inputs, structs_.spanAt(place.data, place.size), place.size, batches);
     });
@@ -1082,21 +1109,47 @@ export class World {
     const structs_ = this.#structs;
     this.#alive();
     return structs_.borrowed(() => {
-      const [before, now] = [this.#pairs('previous', previous), this.#pairs('current', current)];
-      const {size} = structs.Hit, began = structs_.take(size * now.size), ended = structs_.take(size * before.size);
-      const changes = structs_.make('HitChanges', {
-        began: new Place(began, now.size),
-        ended: new Place(ended, before.size),
-      });
-      const spans = [before, now].map((place) => structs_.spanAt(place.data, place.size));
-      structs_.check(this.#exports.cab_diff_hits(...spans, changes));
-      const list = (at, count) => Array.from({length: structs_.member('HitChanges', count, changes)}, (_, i) => {
-        const hit = structs_.get('Hit', at + i * size);
-        const [batchA, batchB] = [hit.batchA, hit.batchB].map(({value}) => this.#batches.get(value) ?? null);
-        return {...hit, batchA, batchB};
-      });
-      return {began: list(began, 'beganCount'), ended: list(ended, 'endedCount')};
+      const lasting = [previous, current].map((pairs) => structs_.lasting(pairs));
+      const before = this.#pairs('previous', lasting[0]), now = this.#pairs('current', lasting[1]);
+      const isOther = (slot) => before.batches.has(slot) && before.batches.get(slot) !== now.batches.get(slot);
+      const others = before.batches === now.batches ? [] : [...this.#slotsOf(now.place)].filter(isOther);
+      if (!others.length) return this.#changes(before, now);
+      // Hits of a slot that stood for another batch are not the same, whatever their numbers.
+      const without = ({place, batches}) => ({place: this.#without(place, new Set(others)), batches});
+      return {began: this.#changes(without(before), now).began, ended: this.#changes(before, without(now)).ended};
     });
+  }
+
+  #changes(before, now) {
+    const structs_ = this.#structs, {size} = structs.Hit;
+    const began = structs_.take(size * now.place.size), ended = structs_.take(size * before.place.size);
+    const changes = structs_.make('HitChanges', {
+      began: new Place(began, now.place.size),
+      ended: new Place(ended, before.place.size),
+    });
+    const spans = [before, now].map(({place}) => structs_.spanAt(place.data, place.size));
+    structs_.check(this.#exports.cab_diff_hits(...spans, changes));
+    const list = (at, length, {batches}) => Array.from({length}, (_, i) => {
+      const hit = structs_.get('Hit', at + i * size);
+      const [batchA, batchB] = [hit.batchA, hit.batchB].map(({value}) => {
+        const batch = batches.get(value);
+        return batch?.id ? batch : null;
+      });
+      return {...hit, batchA, batchB};
+    });
+    const count = (name) => structs_.member('HitChanges', name, changes);
+    return {began: list(began, count('beganCount'), now), ended: list(ended, count('endedCount'), before)};
+  }
+
+  // A copy of hits without those that name one of the slots.
+  #without({data, size: count}, slots) {
+    const {size} = structs.Hit, at = this.#structs.take(size * count);
+    const bytes = this.#structs.array('u8', 0, this.#structs.memory.buffer.byteLength);
+    let kept = 0;
+    for (let hit = data; hit < data + size * count; hit += size) {
+      if (!this.#slotsAt(hit).some((slot) => slots.has(slot))) bytes.copyWithin(at + size * kept++, hit, hit + size);
+    }
+    return new Place(at, kept);
   }
 
   sweepMargins(last) {
@@ -1138,8 +1191,9 @@ export class World {
         contacts,
         origin,
       });
-      const {data, size: hitCount} = this.#pairs('hits', hits);
-      const job = structs_.make('BoxLinesJob', {...drawn, hits: new Place(data, hitCount)});
+      const marked = this.#pairs('hits', hits);
+      this.#batchesOf('hits', marked);
+      const job = structs_.make('BoxLinesJob', {...drawn, hits: marked.place});
       this.#setPolicies(job + structs.BoxLinesJob.members.policies.at, policies);
       const given = structs_.make('BatchInput', input), {size, members} = structs.BoxLine;
       let at = 0, code = this.#exports.cab_box_lines(engine, given, job);
@@ -1173,10 +1227,11 @@ export class World {
 
   spatialOrder(batch) {
     const structs_ = this.#structs, engine = this.#alive();
-    structs_.slotOf('the batch', batch);
+    if (!(batch instanceof Batch)) throw new TypeError('cab: the batch is not what addBatch returns');
+    const id = structs_.idOf('the batch', batch);
     return structs_.borrowed(() => {
       const out = structs_.take(4 * batch.size);
-      structs_.check(this.#exports.cab_spatial_order(engine, batch.id, structs_.spanAt(out, batch.size)));
+      structs_.check(this.#exports.cab_spatial_order(engine, id, structs_.spanAt(out, batch.size)));
       return structs_.array('u32', out, batch.size).slice();
     });
   }
@@ -1295,6 +1350,8 @@ class List {
     this.stats = stats;
   }
 
+  _isCurrent() { return this.#isCurrent(); }
+
   _alive() {
     if (this.#isCurrent()) return;
     throw new Error('cab: these hits have been replaced by those of a later call; toArray() keeps hits');
@@ -1332,13 +1389,33 @@ class List {
   }
 }
 
+// What has the hits that words are of.
+const HITS = Symbol('hits');
+
+// Words that know of which hits they are, and so do their parts and copies: a slot may stand for another batch later.
+function wordsOf(list, words) {
+  const part = (name) => ({
+    configurable: true,  // else a checked view could not have its own
+    value(...range) {
+      const words = Uint32Array.prototype[name].apply(this, range);
+      // A view that was kept may show hits of a later frame by now.
+      const isLate = this.buffer === list._structs.memory.buffer && !list._isCurrent();
+      return isLate ? words : wordsOf(list, words);
+    },
+  });
+  return Object.defineProperties(words, {[HITS]: {value: list}, slice: part('slice'), subarray: part('subarray')});
+}
+
 export class Hits extends List {
   #contacts;
 
   constructor(structs_, batches, values) {
     super(structs_, batches, {...values, name: 'Hit'});
+    this._world = values.world;
     this.#contacts = values.contacts;
   }
+
+  words() { return wordsOf(this, super.words()); }
 
   batchA(i) { return this._batches.get(this._u32(i, 'batchA')); }
   batchB(i) { return this._batches.get(this._u32(i, 'batchB')); }

@@ -50,6 +50,53 @@ test('hits that are new began, those that are gone ended, and the others did nei
   world.destroy();
 });
 
+test('hits that were kept name their own batches, though others have taken their slots', () => {
+  const {world, ball, batch} = balls(0);
+  const job = (other) => ({rules: [{a: batch, b: other}], policies: {exact: 'convex'}});
+  const named = (changes) => changes.map(({batchA, batchB, instanceB}) => [batchA, batchB, instanceB]);
+  const goblins = world.addBatch(ball, 2);
+  const old = world.runFrame(job(goblins));
+  assert.equal(old.length, 2);
+  const live = old.words(), part = live.subarray(0, 6).slice();
+  const copy = Uint32Array.from(live), kept = [live.slice(), live.slice().slice(), old.toArray()];
+  world.remove(goblins);
+  // Until another batch takes its slot, a slot means the batch that had it.
+  assert.deepEqual(named(world.diffHits(copy, []).ended), [[batch, null, 0], [batch, null, 1]]);
+  const dragon = world.addBatch(ball, 1);
+  assert.equal(dragon.slot, goblins.slot);
+  const removed = /pairs names a batch that has been removed/, unknown = /names slot 2, which several batches have had/;
+  for (const pairs of kept) {
+    assert.throws(() => world.computeContacts(pairs), removed);
+    assert.throws(() => world.findTouchingTriangles(pairs), removed);
+    assert.throws(() => world.boxLines(dragon, {hits: pairs}), /hits names a batch that has been removed/);
+  }
+  for (const pairs of [copy, live]) assert.throws(() => world.computeContacts(pairs), unknown);
+
+  const now = world.runFrame(job(dragon)), words = now.words().slice();
+  assert.equal(now.length, 1);
+  for (const before of kept) {
+    for (const current of [now, words, now.toArray()]) {
+      const {began, ended} = world.diffHits(before, current);
+      assert.deepEqual(named(began), [[batch, dragon, 0]]);
+      assert.deepEqual(named(ended), [[batch, null, 0], [batch, null, 1]]);
+    }
+  }
+  assert.deepEqual(named(world.diffHits(part, now).ended), [[batch, null, 0]]);
+  assert.deepEqual(world.diffHits(words, now), {began: [], ended: []});
+  assert.equal(world.computeContacts(words).length, 1);
+  for (const pairs of [[copy, now], [now, copy], [live, now], [live.slice(0, 6), now]]) {
+    assert.throws(() => world.diffHits(...pairs), unknown);
+  }
+  assert.throws(() => world.diffHits([...kept[2].slice(0, 1), ...now.toArray()], []), /previous has hits of two times/);
+
+  world.remove(dragon);
+  assert.deepEqual(named(world.diffHits(kept[0], words).began), [[batch, null, 0]]);
+  const other = balls(0, TOUCHING);
+  assert.throws(() => other.world.diffHits(words, []), /previous is of another world/);
+  other.world.destroy();
+  world.destroy();
+});
+
 test('leaves of hits that are objects are those of what began and ended', () => {
   const world = module.createWorld();
   const batch = world.addBatch(world.addArticulation({linkParents: [-1], leaves: [0, 1].map((at) => ({
@@ -93,8 +140,8 @@ test('contacts of named links say how deep they are or how far apart', () => {
   assert.throws(() => world.boxLines(batch, {hits, contacts: [unlike]}), /Contact needs 'leafB'/);
   const words = hits.words().slice();
   world.remove(batch);
-  assert.throws(() => world.computeContacts([pair(0, batch, 1)]), /batchA of pairs has been removed/);
-  assert.throws(() => world.computeContacts(words), /pairs names a batch that this world does not have/);
+  assert.throws(() => world.computeContacts([pair(0, batch, 1)]), /pairs names a batch that has been removed/);
+  assert.throws(() => world.computeContacts(words), /pairs names a batch that has been removed/);
   world.destroy();
 });
 
