@@ -431,8 +431,6 @@ Skeleton make_skeleton(const Asf& asf, const Amc* amc, const ImportOptions& opti
 Skeleton read_asf(const NamedText& asf, const ImportOptions& options) {
   Skeleton skeleton = make_skeleton(AsfReader(asf).read(), nullptr, options);
   skeleton.frame_seconds = kStaticFrameSeconds;
-  skeleton.is_static = true;
-  skeleton.notes.push_back("no motion: the pose of the file holds for all frames");
   return skeleton;
 }
 

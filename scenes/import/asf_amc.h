@@ -13,9 +13,9 @@ struct NamedText {
   std::string text;
 };
 
-// A skeleton in the pose of the file: one frame, static. Joint 0 is "root". Every bone is a joint where it begins, and
-// every bone without children ends in an end site, whose name is that of the bone with "/End". The frame of a joint has
-// the world's axes in the rest pose. Throws ImportError with name and line.
+// A skeleton in the pose of the file: one frame. Joint 0 is "root". Every bone is a joint where it begins, and every
+// bone without children ends in an end site, whose name is that of the bone with "/End". The frame of a joint has the
+// world's axes in the rest pose. Throws ImportError with name and line.
 Skeleton read_asf(const NamedText& asf, const ImportOptions& options);
 
 // The same skeleton in motion. Every frame must have all values of all bones. The file does not say its frame rate;

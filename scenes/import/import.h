@@ -89,7 +89,7 @@ struct Skeleton {
   std::uint32_t frame_count = 0;
   std::vector<double> rotations;  // [frame][joint][4] world quaternion x y z w
   std::vector<double> positions;  // [frame][joint][3] world, metres, without the offset
-  bool is_static = false;         // the file has no animation: one frame, the rest pose
+  bool is_static = false;         // it has one frame, whose pose holds in all frames of a scene
   FileSkin skin;
   LengthUnit unit;
   std::vector<std::string> notes;

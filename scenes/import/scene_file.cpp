@@ -423,9 +423,6 @@ Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const 
   if (skeleton.unit.source == UnitSource::kFile && skeleton.unit.metres != 1)
     skeleton.notes.push_back("length unit: " + digits(skeleton.unit.metres, 6) + " m, as the file says");
   const double metres = skeleton.unit.metres / unit.applied;  // of a length in its nodes' transforms
-  skeleton.is_static = motion.frame_count == 1;
-  if (skeleton.is_static)
-    skeleton.notes.push_back("no motion: the pose of " + (own ? "the file" : motion.file) + " holds for all frames");
   skeleton.frame_seconds = motion.frame_seconds;
   skeleton.frame_count = motion.frame_count;
 

@@ -18,8 +18,8 @@ Motion motion_of_scene(std::shared_ptr<const aiScene> scene, const std::string& 
 
 // The skeleton of a scene that assimp read, moved by its own motion, or by that of options.motion. Joints are those of
 // scenes/import/scene_joints.h; `named_bones` are nodes that the file calls bones. Transforms above the root are
-// applied. Nodes that the motion lacks keep their rest pose, and all nodes keep the scale of their own rest pose. With
-// one frame the skeleton is static. Throws ImportError.
+// applied. Nodes that the motion lacks keep their rest pose, and all nodes keep the scale of their own rest pose.
+// Throws ImportError.
 Skeleton skeleton_of_scene(const aiScene& scene, const std::string& path, const Motion& motion,
                            const ImportOptions& options, const std::vector<std::string>& named_bones = {});
 

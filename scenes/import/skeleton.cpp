@@ -212,7 +212,7 @@ Motion read_motion(const ImportOptions& options) {
   ImportOptions unscaled = options;
   unscaled.metres_per_unit.reset();
   if (std::optional<Skeleton> skeleton = read_capture(path, unscaled)) {
-    if (skeleton->is_static) refuse();
+    if (lower_extension(path) == ".asf") refuse();
     return motion_of_skeleton(std::move(*skeleton), name);
   }
   const SceneFile file = read_scene(path);
@@ -225,7 +225,7 @@ Motion read_motion(const ImportOptions& options) {
   return motion;
 }
 
-Skeleton import_here(const std::string& path, const ImportOptions& options) {
+Skeleton read_skeleton(const std::string& path, const ImportOptions& options) {
   const std::string name = printable(path);
   if (std::optional<Skeleton> skeleton = read_capture(path, options)) {
     if (options.motion)
@@ -243,6 +243,15 @@ Skeleton import_here(const std::string& path, const ImportOptions& options) {
   if (!repeated.empty())
     skeleton.notes.push_back("warning: the weights and the motion of several nodes of one name (" + listed(repeated) +
                              ") all go to the first of them: give each a name of its own");
+  return skeleton;
+}
+
+Skeleton import_here(const std::string& path, const ImportOptions& options) {
+  Skeleton skeleton = read_skeleton(path, options);
+  skeleton.is_static = skeleton.frame_count == 1;
+  if (skeleton.is_static)
+    skeleton.notes.push_back("no motion: the pose of " +
+                             (options.motion ? printable(options.motion->path) : "the file") + " holds for all frames");
   return skeleton;
 }
 

@@ -84,10 +84,9 @@ Scene make_world(std::vector<Clip> clips, ImportReport* report) {
     for (const std::string& note : clip.notes) scene.notes.push_back(character.name + ": " + note);
     if (report != nullptr) add_to(*report, clip);
     const bool is_on_clock = clip.frame_seconds == scene.frame_seconds && clip.frame_count == scene.frame_count;
+    if (character.poses.size() / clip.frame_count > kMaxPoseFloats / scene.frame_count)
+      throw ImportError(character.name + ": too many frames on the clock of the fastest clip");
     if (!character.is_static && !is_on_clock) {
-      if (character.poses.size() / clip.frame_count > kMaxPoseFloats / scene.frame_count) {
-        throw ImportError(character.name + ": too many frames on the clock of the fastest clip");
-      }
       if (report != nullptr && clip.frame_seconds != scene.frame_seconds)
         report->alterations.push_back({AlterationKind::kResampled, "clips to the clock of the fastest", 1, {}});
       character.poses = resampled(character.poses, clip, scene.frame_count, scene.frame_seconds);

@@ -876,6 +876,44 @@ TEST_CASE("--quiet leaves out notes and keeps warnings") {
   CHECK(told({"--quiet"}).empty());
 }
 
+TEST_CASE("a file of one frame stands in all frames of a run") {
+  const TwoFigures figures;
+  const std::string pose = figures.folder / "pose.bvh", held = figures.folder / "held.bvh";
+  const std::string hits_path = figures.folder / "hits.csv";
+  const std::string one = bvh_text({1, 0, 0, 0});
+  write_text(pose, one);
+  // The same pose in as many frames as the other file has.
+  std::string many = one;
+  many.replace(many.find("Frames: 1"), 9, "Frames: 40");
+  const std::string line = one.substr(one.rfind('\n', one.size() - 2) + 1);
+  for (int f = 1; f < 40; ++f) many += line;
+  write_text(held, many);
+  const auto run = [&](const std::string& first, const Words& options) {
+    return run_cab(Words{"run", first, figures.files[1], "--hits", hits_path} + options);
+  };
+  const auto without_name = [&](const std::string& name) {
+    std::string rows = read_text(hits_path);
+    for (std::size_t at = 0; (at = rows.find(name, at)) != std::string::npos;) rows.erase(at, name.size());
+    return rows;
+  };
+
+  const Outcome of_pose = run(pose, {});
+  const std::string hits = without_name("pose.bvh");
+  CHECK(lines_of(hits).size() > 10);
+  CHECK(of_pose.error.find("note: pose.bvh: no motion: the pose of the file holds for all frames\n") !=
+        std::string::npos);
+  CHECK(run(held, {}).exit_code == 0);
+  CHECK(hits == without_name("held.bvh"));
+  // What follows a pose from frame to frame: a rest frame, a recording, and boxes of a frame.
+  const std::string recording = figures.folder / "pose.cab";
+  const Outcome recorded = run(pose, {"--self", "--rest-frame", "39", "--record", recording});
+  CHECK(recorded.exit_code == 0);
+  CHECK(run_cab({"replay", recording}).exit_code == 0);
+  CHECK(run_cab({"inspect", pose}).out.find("joints, no motion") != std::string::npos);
+  CHECK(run_cab({"inspect", pose, "--json", "--frame", "1"}).exit_code == 2);
+  CHECK(run_cab({"run", pose, "--self"}).out.find(" in 1 ") != std::string::npos);
+}
+
 TEST_CASE("the JSON file agrees with the table of --stats and with the hit list") {
   const TwoFigures figures;
   const std::string json_path = figures.folder / "run.json", hits_path = figures.folder / "hits.csv";

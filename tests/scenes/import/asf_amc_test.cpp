@@ -112,7 +112,6 @@ TEST_CASE("the bones of an ASF file rotate about their own axes, in the order of
   CHECK(s.rest_offsets == std::vector<double>{0, 0, 0, 0, 0, 0, 0, 2, 0, 3, 0, 0});
   REQUIRE(s.frame_count == 2);
   CHECK(s.frame_seconds == 1 / 120.);
-  CHECK(!s.is_static);
   check_place(position(s, 0, "upper"), {1, 2, 3});
   check_place(position(s, 0, "lower"), {-1, 2, 3});
   check_place(position(s, 0, "lower/End"), {-1, -1, 3});
@@ -155,13 +154,27 @@ TEST_CASE("units, clock, radians, the root's orientation and the order of lines 
   CHECK(skeleton_of(kAsf, swapped).positions == plain.positions);
 }
 
-TEST_CASE("an ASF file alone is a static figure in its own pose") {
+TEST_CASE("an ASF file alone is a figure in its own pose") {
   const Skeleton s = read_asf({"arm.asf", with_replaced(kAsf, "position 0 0 0", "position 5 6 7")}, {});
-  CHECK(s.is_static);
   CHECK(s.frame_count == 1);
   check_place(position(s, 0, "upper"), {5, 6, 7});
   check_place(position(s, 0, "lower"), {5, 8, 7});
   check_place(position(s, 0, "lower/End"), {8, 8, 7});
+}
+
+TEST_CASE("a motion of one frame and an ASF file alone are poses that hold in all frames, with a note") {
+  const std::string one_frame = kAmc.substr(0, kAmc.find("2\nroot"));
+  for (const auto& [text, is_still] : {std::pair{kAmc, false}, {one_frame, true}}) {
+    const TemporaryFile amc("arm.amc", text);
+    const std::string asf = (amc.directory() / "arm.asf").string();
+    std::ofstream(asf, std::ios::binary) << kAsf;
+    for (const std::string& file : {amc.path(), asf}) {
+      const Skeleton s = import_skeleton(file, {});
+      CHECK(s.is_static == (is_still || file == asf));
+      CHECK(std::count(s.notes.begin(), s.notes.end(), "no motion: the pose of the file holds for all frames") ==
+            (s.is_static ? 1 : 0));
+    }
+  }
 }
 
 TEST_CASE("the skeleton of a motion is found by its name, or because it is the only one") {

@@ -96,6 +96,10 @@ Clip clip_of(const std::string& text, const ImportOptions& options = {}) {
   return import_clip(file.path(), options);
 }
 
+bool has_note(const std::vector<std::string>& notes, const std::string& note) {
+  return std::find(notes.begin(), notes.end(), note) != notes.end();
+}
+
 }  // namespace
 
 TEST_CASE("rotations apply in the order a joint lists them, and position channels replace the offset") {
@@ -112,6 +116,27 @@ TEST_CASE("rotations apply in the order a joint lists them, and position channel
   check_place(position(s, 0, 1), {9, 20, 30});
   check_place(position(s, 0, 2), {7, 20, 30});
   check_place(position(s, 0, 3), {4, 20, 30});
+}
+
+TEST_CASE("a file of one frame is a pose that holds in all frames, with a note, and its frame time is nobody's clock") {
+  const std::string pose = "10 20 30 90 0 0 90 90 0 90 90 0\n";
+  const std::string note = "no motion: the pose of the file holds for all frames";
+  const Skeleton one = skeleton_of(bvh(kLimb, "Frames: 1\nFrame Time: .001\n" + pose));
+  CHECK(one.is_static);
+  CHECK(has_note(one.notes, note));
+  const Skeleton two = skeleton_of(bvh(kLimb, "Frames: 2\nFrame Time: .01\n" + pose + pose));
+  CHECK_FALSE(two.is_static);
+  CHECK_FALSE(has_note(two.notes, note));
+
+  const Clip still = make_clip(one, "still", {}), moving = make_clip(two, "moving", {});
+  for (const std::vector<Clip>& clips : {std::vector{still, moving}, {moving, still, still}}) {
+    const Scene scene = make_world(clips);
+    CHECK(scene.frame_count == 2);
+    CHECK(scene.frame_seconds == .01);
+    for (const Character& character : scene.characters)
+      CHECK(character.origins.size() == (character.is_static ? 3 : 6));
+  }
+  CHECK(make_world({still, still}).frame_count == 1);
 }
 
 TEST_CASE("position channels replace the offset of any joint, however many channels it has") {
@@ -208,7 +233,7 @@ TEST_CASE("joints with equal names are one note, which counts them") {
   for (int j = 0; j < 18; ++j) joints += "JOINT finger { OFFSET 1 0 0 CHANNELS 1 Zrotation }\n";
   for (int j = 0; j < 18; ++j) motion += " 0";
   const Skeleton s = skeleton_of(bvh("ROOT a { OFFSET 0 0 0 CHANNELS 1 Zrotation\n" + joints + "}\n",
-                                     "Frames: 1\nFrame Time: 1\n" + motion + "\n"));
+                                     "Frames: 2\nFrame Time: 1\n" + motion + "\n" + motion + "\n"));
   CHECK(all_notes(s.notes) == "joints with the same name: finger (18 times)\n");
 }
 
@@ -625,6 +650,8 @@ TEST_CASE("a scene that would not fit in memory is refused before it is made") {
   fast.frame_count = 1000000;
   fast.character.poses.assign(7000000, 0);
   fast.character.origins.assign(3000000, 0);
+  CHECK_THROWS_AS(make_world({slow, fast}), ImportError);
+  slow.character.is_static = true;  // who makes a moving character of it has its pose in every frame
   CHECK_THROWS_AS(make_world({slow, fast}), ImportError);
 }
 

@@ -228,6 +228,22 @@ TEST_CASE("a BVH file moves a mesh, in a length unit of its own") {
   CHECK(has_doubt(import_skeleton(mesh.path(), options_with(cm.path()))));
 }
 
+TEST_CASE("a motion of one frame poses a mesh, and a note names its file once") {
+  const TemporaryFile mesh("mesh.gltf", gltf_text(mesh_of(two_boxes())));
+  std::string text = bvh("root", "arm", "");
+  text.replace(text.find("Frames: 2"), 9, "Frames: 1");
+  text.erase(text.find("0 0 0 0 0 0 0 0 0\n"), 18);  // what is left is the second pose
+  const TemporaryFile pose("pose.bvh", text);
+  const Skeleton skeleton = import_skeleton(mesh.path(), options_with(pose.path()));
+  CHECK(skeleton.is_static);
+  REQUIRE(skeleton.frame_count == 1);
+  CHECK(skeleton.positions[0] == doctest::Approx(1));
+  Names told;
+  for (const std::string& note : skeleton.notes)
+    if (note.rfind("no motion: ", 0) == 0) told.push_back(note);
+  CHECK(told == Names{"no motion: the pose of " + pose.path() + " holds for all frames"});
+}
+
 TEST_CASE("the scale of an armature in the motion does not reach the file that it moves") {
   struct Armatures {
     double own, other;     // scales of the armatures of the file and of the motion
