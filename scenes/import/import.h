@@ -139,9 +139,9 @@ Clip make_clip(const Skeleton& skeleton, const std::string& name, const ImportOp
 Clip import_clip(const std::string& path, const ImportOptions& options);
 
 // Puts clips on one clock, which has the smallest of their frame times. Every clip shows its nearest earlier frame, and
-// each frame lasts until the next. The scene ends with the shortest clip. Static clips stand in all frames. `report`,
-// if it is not null, receives what import did to the files. Throws ImportError if the scene would not fit in memory,
-// and std::invalid_argument without clips.
+// each frame lasts until the next. The scene ends with the shortest clip; notes say what it cuts off the others. Static
+// clips stand in all frames. `report`, if it is not null, receives what import did to the files. Throws ImportError if
+// the scene would not fit in memory, and std::invalid_argument without clips.
 Scene make_world(std::vector<Clip> clips, ImportReport* report = nullptr);
 
 }  // namespace cab::scenes

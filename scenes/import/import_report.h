@@ -20,6 +20,9 @@ struct Alteration {
 // What counts the units that import guessed.
 inline constexpr const char* kGuessedUnits = "length units";
 
+// What counts the frames that a scene does not show, since another clip ends before them.
+inline constexpr const char* kCutFrames = "frames after the end of the shortest clip";
+
 // Where the length unit of a file is from.
 enum class UnitSource : std::uint8_t {
   kDefault,  // nobody says it: metres

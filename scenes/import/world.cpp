@@ -36,6 +36,18 @@ std::vector<T> resampled(const std::vector<T>& values, const Clip& clip, std::ui
   return result;
 }
 
+// Says how many frames of a clip come after the scene's end, which is that of the clip that ends first.
+void note_cut(const Scene& scene, const std::string& first_to_end, Clip& clip) {
+  if (clip.character.is_static) return;
+  const auto shown =
+      1 + static_cast<std::uint64_t>(frame_at((scene.frame_count - 1) * scene.frame_seconds, clip.frame_seconds));
+  if (shown >= clip.frame_count) return;
+  const std::uint64_t cut = clip.frame_count - shown;
+  clip.notes.push_back(std::to_string(cut) + " of " + std::to_string(clip.frame_count) +
+                       (cut == 1 ? " frames is" : " frames are") + " not tested: " + first_to_end + " ends first");
+  clip.alterations.push_back({AlterationKind::kDropped, kCutFrames, cut, clip.notes.back()});
+}
+
 // Adds what import did to the file of a clip.
 void add_to(ImportReport& report, const Clip& clip) {
   const std::string& name = clip.character.name;
@@ -71,14 +83,19 @@ Scene make_world(std::vector<Clip> clips, ImportReport* report) {
   }
   scene.frame_count = is_moving ? 0xffffffffu : 1;
   if (!is_moving) scene.frame_seconds = clips[0].frame_seconds;
+  std::string first_to_end;
   for (const Clip& clip : clips) {
-    if (!clip.character.is_static)
-      scene.frame_count = std::min(scene.frame_count, frames_until_end(clip, scene.frame_seconds));
+    if (clip.character.is_static) continue;
+    const std::uint32_t frames = frames_until_end(clip, scene.frame_seconds);
+    if (frames >= scene.frame_count) continue;
+    scene.frame_count = frames;
+    first_to_end = clip.character.name;
   }
 
   doubt_axes(clips);
   scene.up = clips[0].up;
   for (Clip& clip : clips) {
+    note_cut(scene, first_to_end, clip);
     Character& character = clip.character;
     scene.name += (scene.name.empty() ? "" : " + ") + character.name;
     for (const std::string& note : clip.notes) scene.notes.push_back(character.name + ": " + note);

@@ -34,9 +34,9 @@ std::string without_warning(const std::string& note, std::size_t at) {
 }
 
 bool is_told(const scenes::ImportReport& report, const std::string& note) {
-  // A guessed unit changes every length, so its note is printed too.
+  // A guessed unit changes every length, and links may touch in frames that are cut off: those notes are printed too.
   const auto counts = [&](const Alteration& alteration) {
-    return alteration.note == note && alteration.what != scenes::kGuessedUnits;
+    return alteration.note == note && alteration.what != scenes::kGuessedUnits && alteration.what != scenes::kCutFrames;
   };
   const auto doubts = [&](const std::string& doubt) {
     // A doubt is a note too, behind the character's name, which may be any text.
@@ -65,7 +65,7 @@ Json import_json(const scenes::ImportReport& report, const MaskedPairs& pairs) {
 
 void print_notes(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out) {
   for (const std::string& doubt : report.size_doubts) out << "warning: " << scenes::printable(doubt) << '\n';
-  std::vector<std::string> guesses, others;
+  std::vector<std::string> counted, others;
   for (const std::string& note : scene.notes) {
     if (is_told(report, note)) continue;
     const auto warns = [&](const scenes::Character& character) {
@@ -76,12 +76,12 @@ void print_notes(const scenes::Scene& scene, const scenes::ImportReport& report,
     if (character != scene.characters.end())
       out << "warning: " << scenes::printable(without_warning(note, character->name.size())) << '\n';
     else if (std::any_of(report.alterations.begin(), report.alterations.end(), is_of))
-      guesses.push_back(note);
+      counted.push_back(note);
     else
       others.push_back(note);
   }
   if (quiet) return;
-  for (const std::vector<std::string>* const notes : {&guesses, &others})
+  for (const std::vector<std::string>* const notes : {&counted, &others})
     for (const std::string& note : *notes) out << "note: " << scenes::printable(note) << '\n';
 }
 

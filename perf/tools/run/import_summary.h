@@ -18,7 +18,7 @@ struct MaskedPairs {
   std::size_t all = 0;
 };
 
-// Prints warnings and, unless `quiet`, notes that nothing counts: those of guesses first.
+// Prints warnings and, unless `quiet`, notes: first those of guessed units and of cut clips, then what nothing counts.
 void print_notes(const scenes::Scene& scene, const scenes::ImportReport& report, bool quiet, std::ostream& out);
 
 // One line for each kind of alteration with its counts over all files, such as "guessed: 2 length units".

@@ -876,10 +876,10 @@ TEST_CASE("--quiet leaves out notes and keeps warnings") {
   CHECK(told({"--quiet"}).empty());
 }
 
-TEST_CASE("a file of one frame stands in all frames of a run") {
+TEST_CASE("a file of one frame stands in all frames, and a run says which frames it cuts off") {
   const TwoFigures figures;
   const std::string pose = figures.folder / "pose.bvh", held = figures.folder / "held.bvh";
-  const std::string hits_path = figures.folder / "hits.csv";
+  const std::string hits_path = figures.folder / "hits.csv", json_path = figures.folder / "run.json";
   const std::string one = bvh_text({1, 0, 0, 0});
   write_text(pose, one);
   // The same pose in as many frames as the other file has.
@@ -889,7 +889,7 @@ TEST_CASE("a file of one frame stands in all frames of a run") {
   for (int f = 1; f < 40; ++f) many += line;
   write_text(held, many);
   const auto run = [&](const std::string& first, const Words& options) {
-    return run_cab(Words{"run", first, figures.files[1], "--hits", hits_path} + options);
+    return run_cab(Words{"run", first, figures.files[1], "--hits", hits_path, "--json", json_path} + options);
   };
   const auto without_name = [&](const std::string& name) {
     std::string rows = read_text(hits_path);
@@ -902,6 +902,7 @@ TEST_CASE("a file of one frame stands in all frames of a run") {
   CHECK(lines_of(hits).size() > 10);
   CHECK(of_pose.error.find("note: pose.bvh: no motion: the pose of the file holds for all frames\n") !=
         std::string::npos);
+  CHECK(of_pose.error.find("not tested") == std::string::npos);
   CHECK(run(held, {}).exit_code == 0);
   CHECK(hits == without_name("held.bvh"));
   // What follows a pose from frame to frame: a rest frame, a recording, and boxes of a frame.
@@ -912,6 +913,13 @@ TEST_CASE("a file of one frame stands in all frames of a run") {
   CHECK(run_cab({"inspect", pose}).out.find("joints, no motion") != std::string::npos);
   CHECK(run_cab({"inspect", pose, "--json", "--frame", "1"}).exit_code == 2);
   CHECK(run_cab({"run", pose, "--self"}).out.find(" in 1 ") != std::string::npos);
+
+  write_text(pose, bvh_text({10, 0, 0, 0}));
+  const Outcome cut = run(pose, {});
+  CHECK(cut.error.find("note: bert.bvh: 30 of 40 frames are not tested: pose.bvh ends first\n") != std::string::npos);
+  CHECK(cut.error.find("note: dropped: 30 frames after the end of the shortest clip") != std::string::npos);
+  CHECK(Json::parse(read_text(json_path))["altered"]["dropped"]["frames after the end of the shortest clip"] == 30);
+  CHECK(run(pose, {"--quiet"}).error.empty());
 }
 
 TEST_CASE("the JSON file agrees with the table of --stats and with the hit list") {

@@ -130,11 +130,13 @@ TEST_CASE("a file of one frame is a pose that holds in all frames, with a note, 
 
   const Clip still = make_clip(one, "still", {}), moving = make_clip(two, "moving", {});
   for (const std::vector<Clip>& clips : {std::vector{still, moving}, {moving, still, still}}) {
-    const Scene scene = make_world(clips);
+    ImportReport report;
+    const Scene scene = make_world(clips, &report);
     CHECK(scene.frame_count == 2);
     CHECK(scene.frame_seconds == .01);
     for (const Character& character : scene.characters)
       CHECK(character.origins.size() == (character.is_static ? 3 : 6));
+    for (const Alteration& alteration : report.alterations) CHECK(alteration.what != kCutFrames);
   }
   CHECK(make_world({still, still}).frame_count == 1);
 }
@@ -596,7 +598,9 @@ TEST_CASE(
   CHECK(scene.characters[1].origins.size() == 3 * 8);
   CHECK(scene.characters[1].origins[3 * 7] == 7);
   CHECK(scene.characters[2].origins.size() == 3);
-  CHECK(scene.notes == std::vector<std::string>{"slow: of slow", "fast: of fast", "table: of table"});
+  CHECK(scene.notes == std::vector<std::string>{"slow: of slow", "fast: of fast",
+                                                "fast: 92 of 100 frames are not tested: slow ends first",
+                                                "table: of table"});
 
   // On one clock every frame is there once, in spite of rounding.
   const Scene same = make_world({clip("a", 1.0 / 120, 5000), clip("b", 1.0 / 120, 4000)});
@@ -607,6 +611,25 @@ TEST_CASE(
   for (std::uint32_t f = 0; f < 2000; ++f) REQUIRE(twice.characters[0].origins[3 * f] == f / 2);
   CHECK(make_world({table}).frame_count == 1);
   CHECK_THROWS_AS(make_world({}), std::invalid_argument);
+
+  // What is cut off is counted in each clip's own frames.
+  const auto cuts = [](const std::vector<Clip>& clips) {
+    ImportReport report;
+    std::vector<std::string> told;
+    const Scene world = make_world(clips, &report);
+    for (const Alteration& alteration : report.alterations) {
+      if (alteration.what != kCutFrames) continue;
+      CHECK(alteration.kind == AlterationKind::kDropped);
+      CHECK(has_note(world.notes, alteration.note));
+      told.push_back(std::to_string(alteration.count) + " " + alteration.note);
+    }
+    return told;
+  };
+  CHECK(cuts({clip("a", .01, 60), table, clip("b", .01, 10), clip("c", .02, 6)}) ==
+        std::vector<std::string>{"50 a: 50 of 60 frames are not tested: b ends first",
+                                 "1 c: 1 of 6 frames is not tested: b ends first"});
+  CHECK(cuts({clip("a", .01, 60), clip("b", .02, 30), table}).empty());
+  CHECK(cuts({clip("a", .01, 60)}).empty());
 }
 
 TEST_CASE("people of whom one is long along another axis are doubted, and what may have outstretched arms is not") {
