@@ -158,7 +158,9 @@ Span<const double> Motion::origins() const noexcept {
 
 std::uint32_t Motion::frame_count() const noexcept { return storage_ ? storage_->clip.frame_count : 0; }
 
-double Motion::frame_seconds() const noexcept { return storage_ ? storage_->clip.frame_seconds : 0; }
+double Motion::frame_seconds() const noexcept {
+  return storage_ && !storage_->clip.character.is_static ? storage_->clip.frame_seconds : 0;
+}
 
 Span<const char* const> Motion::notes() const noexcept {
   if (!storage_) return {};

@@ -76,6 +76,21 @@ TEST_CASE("a motion file becomes a description with poses and origins") {
   CHECK(motion.origins()[4] - motion.origins()[1] == doctest::Approx(0.05));  // five centimetres higher
 }
 
+TEST_CASE("a motion file of one frame is one without motion, which has no frame time") {
+  std::string text = kBvh;
+  text.replace(text.find("Frames: 2"), 9, "Frames: 1");
+  text.erase(text.rfind('\n', text.size() - 2) + 1);
+  const TemporaryFile file("pose.bvh", text);
+  files::Motion motion;
+  REQUIRE_MESSAGE(motion.load(file.path().c_str(), {}), motion.error());
+  CHECK(motion.frame_count() == 1);
+  CHECK(motion.frame_seconds() == 0);
+  bool is_told = false;
+  for (const char* const note : motion.notes())
+    is_told = is_told || std::string(note) == "no motion: the pose of the file holds for all frames";
+  CHECK(is_told);
+}
+
 TEST_CASE("a robot becomes a description, and its joints pose it") {
   const TemporaryFile file("arm.urdf", kUrdf);
   files::Robot robot;
