@@ -19,6 +19,7 @@ class _Chunks(NamedTuple):
 
     characters: List[Sequence]
     frames: int
+    fps: float
 
     def run(self, summary: Summary, item: Item, policies: str) -> None:
         chosen = policies_of(policies)
@@ -26,7 +27,7 @@ class _Chunks(NamedTuple):
         step = chunk_frames(sum(one.body.link_count for one in self.characters))
         for first in range(0, self.frames, step):
             last = min(first + step, self.frames)
-            with cab.Clip(fps=self.characters[0].fps) as clip:
+            with cab.Clip(fps=self.fps) as clip:
                 for one in self.characters:
                     fixed = len(one.poses) == 1  # it is there in every frame
                     part = slice(0, 1) if fixed else slice(first, last)
@@ -44,12 +45,12 @@ def clip_rows(item: Item, policies: Tuple[str, ...]) -> Iterator[Row]:
     start = core_seconds()
     for characters in _scenes(item):
         load_seconds = core_seconds() - start
-        frames = max(len(one.poses) for one in characters)
-        moving = [len(one.poses) for one in characters if len(one.poses) > 1]
+        # Who has one frame stands still in all frames of the other, and has no clock.
+        moving = [one for one in characters if len(one.poses) > 1] or characters
         # What two people do beyond the end of the shorter clip nobody knows.
-        frames = min(moving) if moving else frames
+        frames = min(len(one.poses) for one in moving)
         for chosen in policies:
-            yield _row(item, chosen, _Chunks(characters, frames), load_seconds)
+            yield _row(item, chosen, _Chunks(characters, frames, moving[0].fps), load_seconds)
         start = core_seconds()
 
 
@@ -73,16 +74,27 @@ def _ignoring(sequence: Sequence, hops: int) -> Sequence:
     return sequence._replace(body=sequence.body.ignoring(hops=hops)) if hops else sequence
 
 
+def _cut(sequence: Sequence, frames: int, other: str) -> Tuple[str, ...]:
+    """Says how many frames of a sequence come after the end of the other file of its pair."""
+    count = len(sequence.poses)
+    if count <= max(frames, 1):
+        return ()
+    verb = "is" if count - frames == 1 else "are"
+    return (f"{count - frames} of {count} frames {verb} not tested: {other} ends first",)
+
+
 def _row(item: Item, policies: str, chunks: _Chunks, load_seconds: float) -> Row:
     start = core_seconds()
     characters = chunks.characters
     row = Row(item.key(policies), sequence=table_text(characters[0].name))
-    summary = Summary(characters[0].fps, item.test.gap, item.test.intervals)
+    summary = Summary(chunks.fps, item.test.gap, item.test.intervals)
     chunks.run(summary, item, policies)
-    row.notes = notes_text(item, *(one.notes for one in characters))
+    files = [item.source.name, item.other_name] if item.other else [""]
+    row.notes = notes_text(
+        item, *(one.notes + _cut(one, chunks.frames, other) for one, other in zip(characters, reversed(files)))
+    )
     row.frames = chunks.frames
     row.links = sum(one.body.link_count for one in characters)
-    files = [item.source.name, item.other_name] if item.other else [""]
     summary.fill(row, lambda character, link: (files[character], characters[character].body.names[link]))
     row.load_seconds = load_seconds
     row.seconds = core_seconds() - start

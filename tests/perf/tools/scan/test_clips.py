@@ -208,6 +208,22 @@ def test_pairs_are_those_of_the_command(scan, quick):
     assert row["hits_hash"] == rows[0]["hits_hash"]
 
 
+def test_a_pair_has_the_clock_of_who_moves_and_says_what_it_cuts_off(scan, quick):
+    for name, count in (("pose", 1), ("short", 20), ("whole", 50)):
+        text = arm_bvh([3 * frame % 130 for frame in range(count)], frame_time=0.02)
+        (scan.folder / f"{name}.bvh").write_text(text)
+    (scan.folder / "list.csv").write_text("path,other\npose.bvh,whole.bvh\nwhole.bvh,short.bvh\n")
+    assert quick("pairs", "--list", "list.csv", "--csv", "scan.csv").code == 0
+    held, cut = scan.rows()
+    assert (held["file"], held["frames"], held["hit_frames"]) == ("pose.bvh", 50, 50)
+    assert json.loads(held["notes"]) == ["no motion: the pose of the file holds for all frames"]
+    assert (cut["file"], cut["frames"]) == ("whole.bvh", 20)
+    assert json.loads(cut["notes"])[0] == "30 of 50 frames are not tested: short.bvh ends first"
+    with open(scan.folder / "scan.contacts.csv", newline="", encoding="utf-8") as file:
+        seconds = {float(line["seconds"]) for line in csv.DictReader(file) if line["file"] == "pose.bvh"}
+    assert max(seconds) == pytest.approx(50 * 0.02)
+
+
 def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick):
     write_corpus(scan.folder / "corpus", 3)
     words = ["--policies", "balanced", "--policies", "sat=faces_6", "--policies", "exact=none"]
