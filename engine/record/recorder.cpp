@@ -672,7 +672,7 @@ bool Recorder::add_static_batch(BatchId id, const StaticDesc& desc, const BatchN
 bool Recorder::add_frame(const FrameJob& job, double time) noexcept {
   return with_file(storage_, [&](Storage& to) {
     to.check(job);
-    if (!std::isfinite(time)) fail("the time of a frame is finite");
+    if (!std::isfinite(time)) fail("the time of a frame must be finite");
     std::size_t sequences = 0;
     for (const BatchInput& input : job.inputs) sequences += to.known(input.batch).is_sequence ? 1 : 0;
     for (const PairRule& rule : job.rules)

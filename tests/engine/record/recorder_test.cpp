@@ -616,7 +616,7 @@ TEST_CASE("what cannot be recorded is refused in words, and the file stays whole
   refuses(recorder.add_frame(job, 0), "was not told");
   rules[0].b = batch;
   for (const double time : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()})
-    refuses(recorder.add_frame(job, time), "the time of a frame is finite");
+    refuses(recorder.add_frame(job, time), "the time of a frame must be finite");
   must(recorder, recorder.add_batch({8}, {row.articulation, 4, BatchKind::kSequence}));
   inputs.push_back(inputs[0]);
   inputs[1].batch = {8};
