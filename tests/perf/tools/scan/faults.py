@@ -10,7 +10,7 @@ _MOST_SECONDS = 600
 
 
 def children_of(process):
-    """The processes below one, by their numbers, and their command lines."""
+    """The processes below one, by their numbers: their parents, and their command lines."""
     parents, words = {}, {}
     for place in pathlib.Path("/proc").glob("[0-9]*"):
         try:
@@ -22,11 +22,13 @@ def children_of(process):
     found = [process]
     for number in found:
         found.extend(child for child, parent in parents.items() if parent == number)
-    return {number: words[number] for number in found[1:]}
+    return {number: (parents[number], words[number]) for number in found[1:]}
 
 
 def workers_of(process):
-    return [number for number, words in children_of(process.pid).items() if "spawn_main" in words]
+    """The workers of a scan. What they have forked has their command line until it runs another program."""
+    below = children_of(process.pid)
+    return [number for number, (parent, words) in below.items() if parent == process.pid and "spawn_main" in words]
 
 
 def wait_for_rows(scan, count, process):
