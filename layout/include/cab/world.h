@@ -149,8 +149,9 @@ class World {
   // Whether queries from now on compute where on a skin's triangles each hit is. Default: they do not.
   void want_surface_points(bool wanted = true) noexcept { wants_surface_points_ = wanted; }
 
-  // Answers queries about the world's inputs, as cab::run_queries does. Sets all outputs of the job for hits. Makes room for 256 queries at a time, unless some was reserved, and for all hits. Statuses: those of
-  // cab::run_queries without kHitsOverflow and kNoQueryMemory.
+  // Answers queries about the world's inputs, as cab::run_queries does. Sets all outputs of the job for hits. Makes
+  // room for 256 queries at a time, unless some was reserved, and for all hits. Statuses: those of cab::run_queries
+  // without kHitsOverflow and kNoQueryMemory.
   [[nodiscard]] Status run_queries(QueryJob& job) noexcept;
 
   // The hits of the last run_queries(), in their order; none if it was not kOk. Valid until the next one.
