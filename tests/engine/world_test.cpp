@@ -536,8 +536,11 @@ TEST_CASE("while a frame is in progress a world refuses to change, and its input
   World world;
   Cubes cubes;
   REQUIRE(cubes.add(world, 10) == Status::kOk);
-  REQUIRE(world.run() == Status::kOk);
+  ReserveDesc few;
+  few.hits = 9;
+  REQUIRE(world.reserve(few) == Status::kOk);
   REQUIRE(begin_frame(world.engine(), world.job()) == Status::kOk);
+  const Hit* const hits = world.job().hits.data;
   const Span<BatchInput> inputs = world.inputs();
   const Span<PairRule> rules = world.rules();
   const Leaf leaf = {0, axis_aligned_box({0, 0, 0}, {1, 1, 1}), {}};
@@ -552,14 +555,17 @@ TEST_CASE("while a frame is in progress a world refuses to change, and its input
     CHECK(world.add_static_batch(statics, &id) == Status::kBusy);
     CHECK(world.add_rule({cubes.batch, cubes.batch, Pairing::kWithin}) == Status::kBusy);
     CHECK(world.remove_batch(cubes.batch) == Status::kBusy);
+    CHECK(world.run() == Status::kBusy);
   }
   CHECK(world.inputs().data == inputs.data);
   CHECK(world.rules().data == rules.data);
+  CHECK(world.job().hits.data == hits);
   std::uint32_t count = 0;
   while (next_tasks(world.engine(), &count) == Status::kOk && count > 0)
     for (std::uint32_t t = 0; t < count; ++t) REQUIRE(run_task(world.engine(), t, 0) == Status::kOk);
   REQUIRE(end_frame(world.engine()) == Status::kOk);
-  CHECK(world.job().hit_count == 9);
+  REQUIRE(world.job().hit_count == 9);
+  for (std::uint32_t i = 0; i < 9; ++i) CHECK(world.job().hits[i].instance_a == i);
   for (int time = 0; time < 20; ++time) REQUIRE(world.add_batch(body, 1, &id) == Status::kOk);
   REQUIRE(world.add_rule({cubes.batch, cubes.batch, Pairing::kWithin}) == Status::kOk);
   CHECK(world.rules().size == 2);

@@ -80,15 +80,15 @@ class World {
 
   // Adds an articulation and a batch of `count` instances of it, and writes the batch's id to *out, which must not be
   // null. The articulation goes with its last batch, or with the world if a level of detail was added to it. If desc is
-  // refused, *bad_element (may be null) says which element
-  // is at fault, as in cab::add_articulation. Statuses: those of cab::add_articulation and cab::add_batch.
+  // refused, *bad_element (may be null) says which element is at fault, as in cab::add_articulation. Statuses: those of
+  // cab::add_articulation and cab::add_batch.
   [[nodiscard]] Status add_batch(const ArticulationDesc& desc, std::uint32_t count, BatchId* out,
                                  std::uint32_t* bad_element = nullptr,
                                  BatchKind kind = BatchKind::kCharacters) noexcept;
 
   // Adds a batch as cab::add_batch does, of an articulation or a level of detail that the caller has added to engine(),
-  // and removes. Its input() begins without poses, which run() refuses with kBadPoses. Statuses: those of
-  // cab::add_batch.
+  // and removes. Its input() begins without poses, which run() refuses with kBadPoses unless its count is 0. Statuses:
+  // those of cab::add_batch.
   [[nodiscard]] Status add_batch(const BatchDesc& desc, BatchId* out) noexcept;
 
   // Adds a batch of static bodies as cab::add_static_batch does. Its input() needs nothing more. Statuses: those of
@@ -149,9 +149,9 @@ class World {
   // Whether queries from now on compute where on a skin's triangles each hit is. Default: they do not.
   void want_surface_points(bool wanted = true) noexcept { wants_surface_points_ = wanted; }
 
-  // Answers queries about the world's inputs, as cab::run_queries does. Sets all outputs of the job for hits. Makes
-  // room for 256 queries at a time, unless some was reserved, and for all hits. Statuses: those of cab::run_queries
-  // without kHitsOverflow and kNoQueryMemory.
+  // Answers queries about the world's inputs, as cab::run_queries does. Sets `inputs`, `hits`, `surface_points` and
+  // `links` of the job. Makes room for 256 queries at a time, unless some was reserved, and for all hits. Statuses:
+  // those of cab::run_queries without kHitsOverflow and kNoQueryMemory.
   [[nodiscard]] Status run_queries(QueryJob& job) noexcept;
 
   // The hits of the last run_queries(), in their order; none if it was not kOk. Valid until the next one.
@@ -205,7 +205,7 @@ class World {
   bool computes_contacts() const noexcept { return wants_contacts_ || job_.report == Report::kDistances; }
   bool reserve_hits(std::size_t count) noexcept;
   bool reserve_query_hits(std::size_t count) noexcept;
-  // Whether a frame is in progress, which reads the rules: then the engine refuses to remove what is not there, too.
+  // Whether the engine refuses changes, even that of removing nothing: a frame is in progress, or another thread reads.
   bool is_busy() noexcept { return remove_articulation(*engine_, {}) == Status::kBusy; }
   template <class Add>
   Status add(BatchId* out, Add add) noexcept;
@@ -319,7 +319,7 @@ inline Status World::add_rule(const PairRule& rule) noexcept {
   if (!engine_) return no_engine_;
   const BatchInput *const a = input(rule.a), *const b = input(rule.b);
   if (!a || !b) return Status::kUnknownBatch;
-  if (is_busy()) return Status::kBusy;
+  if (is_busy()) return Status::kBusy;  // a frame in progress reads the rules
   if (!rules_.reserve(rules_.size + 1)) return Status::kOutOfMemory;
   rules_.insert(rules_.end(), {a->batch, b->batch, rule.pairing, rule.resting});
   return Status::kOk;
@@ -349,6 +349,7 @@ inline FrameJob& World::job() noexcept {
 
 inline Status World::run() noexcept {
   if (!engine_) return no_engine_;
+  if (is_busy()) return Status::kBusy;  // a frame in progress writes to the buffers
   hits_.size = contacts_.size = 0;
   if (!reserve_hits(kFirstHits)) return Status::kOutOfMemory;
   Status status = run_frame(*engine_, job());
