@@ -204,6 +204,7 @@ struct Recorder::Storage {
   const KnownBatch& known(BatchId id) const;
 
   void check(const FrameJob& job) const;
+  void check(const BatchInput& input) const;
   Arrays gather(const BatchInput& input) const;
   void round(Arrays& arrays) const;
   fb::Offset<format::Poses> poses_of(const Arrays& arrays);
@@ -376,7 +377,16 @@ void Recorder::Storage::check(const FrameJob& job) const {
   if (job.hits.size < job.hit_count) fail("hit_count is above the number of hits");
 }
 
+void Recorder::Storage::check(const BatchInput& input) const {
+  const KnownBatch& batch = known(input.batch);
+  const std::size_t count = std::min(input.count, batch.instance_count);
+  if (!input.instances.empty() && input.instances[input.instances.size - 1] >= count)
+    fail("an instance is listed that the batch, as it was told, does not have");
+  if (!batch.is_static && input.poses.data == nullptr && count > 0) fail("a batch has no poses");
+}
+
 Arrays Recorder::Storage::gather(const BatchInput& input) const {
+  check(input);
   const KnownBatch& batch = known(input.batch);
   Arrays arrays;
   arrays.count = std::min(input.count, batch.instance_count);
@@ -384,12 +394,9 @@ Arrays Recorder::Storage::gather(const BatchInput& input) const {
   arrays.layers = first_of(input.layers, count, 1);
   arrays.layer_masks = first_of(input.layer_masks, count, 1);
   arrays.instances.assign(input.instances.begin(), input.instances.end());
-  if (!arrays.instances.empty() && arrays.instances.back() >= count)
-    fail("an instance is listed that the batch, as it was told, does not have");
   if (batch.is_static) return arrays;
   arrays.format = input.poses.format;
   arrays.has_scale = input.poses.has_scale;
-  if (input.poses.data == nullptr && count > 0) fail("a batch has no poses");
   gather_poses(input.poses, batch.link_count, count, input.instances, arrays.poses);
   if (options.pose_step > 0) round(arrays);
   arrays.origins = first_of(input.origins, count, 3);
@@ -526,7 +533,10 @@ void Recorder::Storage::write_moments(const FrameJob& job, bool has_contacts, do
     }
   }
   // What is refused leaves no moment behind.
-  for (const BatchInput& input : job.inputs) static_cast<void>(gather(input));
+  for (const BatchInput& input : job.inputs) {
+    check(input);
+    if (options.pose_step > 0) static_cast<void>(gather(input));
+  }
   for (std::size_t m = 0; m < moments; ++m) {
     const Moment moment = moment_of(job, m, counts);
     FrameJob frame = job;
