@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 
 motion = cab.load_motion(sys.argv[1], units=float(sys.argv[2]))
 body = motion.body.ignoring(hops=2)  # links that are at most two joints apart always touch
-clip = cab.Clip(body, motion.poses, fps=motion.fps, name="walker")
+clip = cab.Clip(body, motion.poses, fps=motion.fps or 30, name="walker")
 rows = clip.intervals(min_depth=0.01, gap=3)  # deeper than a centimetre; gaps of three frames are bridged
 table = clip.table(rows)
 print(table)
