@@ -85,7 +85,7 @@ class JobSearch {
         return text_.add(".batch is that of inputs[%zu] too", first);
       }
       case Status::kStaticInput: return text_.add(" is of static bodies and has more than a batch and layers");
-      case Status::kBadPoses: return describe_poses(input.poses, batch.articulation->link_count);
+      case Status::kBadPoses: return describe_poses(input.poses, batch.articulation->link_count, n);
       case Status::kBadStates: return describe_states(input, batch, n);
       case Status::kBadCount: return text_.add(".count is %u of %u", input.count, batch.capacity);
       case Status::kBadInstances: return describe_instances(batch, input.instances, n);
@@ -128,7 +128,7 @@ class JobSearch {
     text_.add(".batch names what was in slot %zu before, or is of another engine", slot);
   }
 
-  void describe_poses(const PoseView& poses, std::size_t link_count) {
+  void describe_poses(const PoseView& poses, std::size_t link_count, std::size_t n) {
     if (poses.format > PoseFormat::kMatrix4x4Columns)
       return text_.add(".poses.format is %u", static_cast<unsigned>(poses.format));
     if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation)
@@ -137,7 +137,7 @@ class JobSearch {
     const std::size_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
     if (link_stride % 4 || link_stride < pose_bytes || std::uint64_t{link_stride} > std::uint64_t{1} << 32)
       return text_.add(".poses.link_stride is %zu, for poses of %zu bytes", link_stride, pose_bytes);
-    if (!poses.data) return text_.add(".poses.data is null");
+    if (!poses.data && n > 0) return text_.add(".poses.data is null");
     text_.add(".poses.instance_stride is %zu, for %zu links of %zu bytes", poses.instance_stride, link_count,
               link_stride);
   }

@@ -19,7 +19,7 @@ export type Vec3 = readonly [number, number, number];
 export type Quaternion = readonly [number, number, number, number];
 /**
  * Numbers that a call reads: copied, so any array will do; typed arrays are the fastest. Views of the module's memory
- * are read before the call lets it grow.
+ * are read before the call lets it grow, but for `Batch.instances` by calls about pairs or moments, which throw then.
  */
 export type Numbers = ArrayLike<number>;
 

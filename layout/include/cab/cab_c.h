@@ -932,8 +932,8 @@ typedef struct cab_BatchInput {
   // Which batch this is. It must be a batch of the same engine. Required.
   cab_BatchId batch;
 
-  // The pose of every link of every instance, from link to instance. Required. Poses of links without leaves are read
-  // only if a merge needs their joint, or if they move triangles of a leaf.
+  // The pose of every link of every instance, from link to instance. Required unless `count` is 0. Poses of links
+  // without leaves are read only if a merge needs their joint, or if they move triangles of a leaf.
   cab_PoseView poses;
 
   // x y z per instance: the instance's origin in the world. Must be finite. Empty (default): all origins are 0.
