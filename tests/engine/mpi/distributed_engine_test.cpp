@@ -79,6 +79,22 @@ struct Fixture {
   }
 };
 
+// What all ranks are told of an articulation that each adds to an engine of its own.
+mpi::Answer answer_to(const ArticulationDesc& desc) {
+  mpi::DistributedEngine* made = nullptr;
+  REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
+  ArticulationId id;
+  const mpi::Answer answer = mpi::add_articulation(*made, desc, &id);
+  mpi::destroy(made);
+  return answer;
+}
+
+// An articulation that the last rank has otherwise is told, unless there is one rank alone.
+void check_differs(const Fixture& f, const mpi::Answer& answer) {
+  CHECK(answer.difference == (f.ranks == 1 ? mpi::Difference::kNone : mpi::Difference::kAdded));
+  CHECK(answer.status == Status::kOk);
+}
+
 }  // namespace
 
 TEST_CASE("what one rank gives wrongly is refused on all, and the next frame runs") {
@@ -154,18 +170,9 @@ TEST_CASE("a skin that differs between ranks in any number is told, and a bad on
     SkinRig skin = rig_of(ball_mesh(1), 2, 0.5, 8);
     ArticulationDesc desc = skin.desc();
     if (f.is_last()) change(skin, desc);
-    mpi::DistributedEngine* made = nullptr;
-    REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
-    ArticulationId id;
-    const mpi::Answer answer = mpi::add_articulation(*made, desc, &id);
-    mpi::destroy(made);
-    return answer;
+    return answer_to(desc);
   };
-  const auto differs = [&](auto&& change) {
-    const mpi::Answer answer = add(change);
-    CHECK(answer.difference == (f.ranks == 1 ? mpi::Difference::kNone : mpi::Difference::kAdded));
-    CHECK(answer.status == Status::kOk);
-  };
+  const auto differs = [&](auto&& change) { check_differs(f, add(change)); };
   CHECK(add([](SkinRig&, ArticulationDesc&) {}).ok());
   differs([](SkinRig& skin, ArticulationDesc&) { skin.vertices[4] += 1; });
   differs([](SkinRig& skin, ArticulationDesc&) { skin.weights[1] += 1; });
@@ -190,18 +197,9 @@ TEST_CASE("a rest pose that differs between ranks in any number is told, and a b
     desc.leaves = leaves;
     desc.rest_pose = {PoseFormat::kMatrix4x4Columns, poses.data(), 16 * sizeof(float), 0, false};
     if (f.is_last()) change(desc.rest_pose, poses);
-    mpi::DistributedEngine* made = nullptr;
-    REQUIRE(mpi::create(MPI_COMM_WORLD, {}, &made).ok());
-    ArticulationId id;
-    const mpi::Answer answer = mpi::add_articulation(*made, desc, &id);
-    mpi::destroy(made);
-    return answer;
+    return answer_to(desc);
   };
-  const auto differs = [&](auto&& change) {
-    const mpi::Answer answer = add(change);
-    CHECK(answer.difference == (f.ranks == 1 ? mpi::Difference::kNone : mpi::Difference::kAdded));
-    CHECK(answer.status == Status::kOk);
-  };
+  const auto differs = [&](auto&& change) { check_differs(f, add(change)); };
   using Numbers = std::vector<float>;
   differs([](PoseView&, Numbers& numbers) { numbers[12] = 5; });
   differs([](PoseView&, Numbers& numbers) { numbers[16 + 14] = 5; });
