@@ -181,15 +181,29 @@ class World {
     T* begin() noexcept { return data.get(); }
     T* end() noexcept { return data.get() + size; }
 
+    // An empty array with room for `wanted` values, or twice as many as this one has room for; for none if there is no
+    // memory.
+    Array larger(std::size_t wanted) const noexcept {
+      Array out;
+      wanted = std::max(wanted, 2 * capacity);
+      out.data.reset(new (std::nothrow) T[wanted]);
+      if (out.data) out.capacity = wanted;
+      return out;
+    }
+
+    // Moves the values to an array that has more room.
+    void move_to(Array&& other) noexcept {
+      std::copy(begin(), end(), other.begin());
+      other.size = size;
+      *this = std::move(other);
+    }
+
     // Makes room for `wanted` values. False if there is no memory.
     bool reserve(std::size_t wanted) noexcept {
       if (wanted <= capacity) return true;
-      wanted = std::max(wanted, 2 * capacity);
-      std::unique_ptr<T[]> larger(new (std::nothrow) T[wanted]);
-      if (!larger) return false;
-      std::copy(begin(), end(), larger.get());
-      data = std::move(larger);
-      capacity = wanted;
+      Array other = larger(wanted);
+      if (other.capacity == 0) return false;
+      move_to(std::move(other));
       return true;
     }
 
@@ -256,15 +270,13 @@ Status World::add(BatchId* out, Add add) noexcept {
   if (!engine_) return no_engine_;
   if (!out) return Status::kBadOutput;
   // A frame in progress reads the inputs, so they move once the engine has taken the batch.
+  const bool is_full = inputs_.size == inputs_.capacity;
   Array<BatchInput> larger;
-  if (inputs_.size == inputs_.capacity && !larger.reserve(2 * inputs_.size + 1)) return Status::kOutOfMemory;
+  if (is_full) larger = inputs_.larger(inputs_.size + 1);
+  if (is_full && larger.capacity == 0) return Status::kOutOfMemory;
   BatchInput input;
   if (const Status status = add(&input.batch); status != Status::kOk) return status;
-  if (larger.capacity) {
-    std::copy(inputs_.begin(), inputs_.end(), larger.begin());
-    larger.size = inputs_.size;
-    inputs_ = std::move(larger);
-  }
+  if (is_full) inputs_.move_to(std::move(larger));
   inputs_.insert(first_from(slot_of(input.batch)), input);
   *out = input.batch;
   return Status::kOk;
