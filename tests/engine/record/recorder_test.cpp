@@ -203,6 +203,8 @@ struct CubeRow {
   ArticulationId articulation = add_rig(*engine, rig);
   std::vector<float> poses;
   std::vector<Hit> hits = std::vector<Hit>(64);
+  std::vector<BatchInput> inputs;
+  std::vector<PairRule> rules;
 
   BatchId add(record::Recorder& recorder, std::uint32_t count) {
     const BatchDesc desc = {articulation, count, BatchKind::kCharacters};
@@ -212,7 +214,7 @@ struct CubeRow {
     must(recorder, recorder.add_batch(id, desc));
     return id;
   }
-  FrameJob run(BatchId batch, std::uint32_t count, std::vector<BatchInput>& inputs, std::vector<PairRule>& rules) {
+  FrameJob run(BatchId batch, std::uint32_t count) {
     poses.clear();
     for (std::uint32_t i = 0; i < count; ++i)
       poses.insert(poses.end(), {0, 0, 0, 1, 0.75f * static_cast<float>(i), 0, 0});
@@ -234,12 +236,10 @@ TEST_CASE("a batch may take the slot of one that was removed") {
   CubeRow row;
   record::Recorder recorder;
   must(recorder, recorder.open(file.path()));
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
   for (const std::uint32_t count : {3u, 5u, 5u, 2u}) {
     const BatchId batch = row.add(recorder, count);
     CHECK(slot_of(batch).value == 1);
-    must(recorder, recorder.add_frame(row.run(batch, count, inputs, rules), 0));
+    must(recorder, recorder.add_frame(row.run(batch, count), 0));
     require(remove_batch(*row.engine, batch));
   }
   must(recorder, recorder.close());
@@ -287,16 +287,14 @@ TEST_CASE("a batch that comes back to its slot is written once") {
       require(add_static_batch(*row.engine, level, &tile));
       CHECK(slot_of(tile).value == 2);
       must(recorder, recorder.add_static_batch(tile, level));
-      std::vector<BatchInput> inputs;
-      std::vector<PairRule> rules;
       row.hits.resize(2 * kTriangles);
-      row.run(character, 1, inputs, rules);
-      inputs.emplace_back();
-      inputs[1].batch = tile;
-      rules = {{character, tile, Pairing::kBetween}};
+      row.run(character, 1);
+      row.inputs.emplace_back();
+      row.inputs[1].batch = tile;
+      row.rules = {{character, tile, Pairing::kBetween}};
       FrameJob job;
-      job.inputs = inputs;
-      job.rules = rules;
+      job.inputs = row.inputs;
+      job.rules = row.rules;
       job.hits = row.hits;
       require(run_frame(*row.engine, job));
       CHECK(job.hit_count == (frame_count % 2 == 0 ? kTriangles : 0));
@@ -331,15 +329,13 @@ TEST_CASE("a batch that comes back to its slot is written once") {
 TEST_CASE("a recording is appended to, behind what is whole") {
   const RecordingFile file("append");
   CubeRow row;
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
   const auto record_one = [&](bool append, std::uint32_t count) {
     record::Recorder recorder;
     record::RecorderOptions options;
     options.append = append;
     must(recorder, recorder.open(file.path(), options));
     const BatchId batch = row.add(recorder, count);
-    must(recorder, recorder.add_frame(row.run(batch, count, inputs, rules), count));
+    must(recorder, recorder.add_frame(row.run(batch, count), count));
     must(recorder, recorder.close());
     require(remove_batch(*row.engine, batch));
     return recorder.frame_count();
@@ -465,17 +461,15 @@ TEST_CASE("an instance that is not in the frame is not masked in it") {
   record::Recorder recorder;
   must(recorder, recorder.open(file.path()));
   const BatchId batch = row.add(recorder, 4);
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
-  FrameJob job = row.run(batch, 4, inputs, rules);
+  FrameJob job = row.run(batch, 4);
   row.poses[7 + 4] = row.poses[3 * 7 + 4] = std::numeric_limits<float>::quiet_NaN();
   std::uint8_t flags[4] = {};
-  inputs[0].flags = {flags, 4};
+  row.inputs[0].flags = {flags, 4};
   const std::uint32_t listed[] = {0, 2, 3};
   for (const int f : {0, 1, 2}) {
-    if (f == 1) inputs[0].instances = listed;
-    if (f == 2) inputs[0].instances = {};
-    if (f == 2) inputs[0].count = 3;
+    if (f == 1) row.inputs[0].instances = listed;
+    if (f == 2) row.inputs[0].instances = {};
+    if (f == 2) row.inputs[0].count = 3;
     require(run_frame(*row.engine, job));
     must(recorder, recorder.add_frame(job, f));
   }
@@ -598,32 +592,30 @@ TEST_CASE("what cannot be recorded is refused in words, and the file stays whole
   refuses(recorder.open(file.path(), options), "up is x, y or z");
   CubeRow row;
   must(recorder, recorder.open(file.path()));
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
   const BatchId batch = row.add(recorder, 3);
   refuses(recorder.add_batch({9}, {{77}, 1, BatchKind::kCharacters}), "was not told");
   refuses(recorder.add_lod({9}, {}), "was not told");
   const char* const names[] = {"one", "two"};
   refuses(recorder.add_articulation({9}, row.rig.desc(), {"cube", names}), "not each one");
-  FrameJob job = row.run(batch, 3, inputs, rules);
+  FrameJob job = row.run(batch, 3);
   job.report = Report::kInContact;
   refuses(recorder.add_frame(job, 0), "in_contact");
   job.report = Report::kHits;
-  rules[0].resting = Resting::kSkipped;
+  row.rules[0].resting = Resting::kSkipped;
   refuses(recorder.add_frame(job, 0), "rests");
-  rules[0].resting = Resting::kReported;
-  rules[0].b = {55};
+  row.rules[0].resting = Resting::kReported;
+  row.rules[0].b = {55};
   refuses(recorder.add_frame(job, 0), "was not told");
-  rules[0].b = batch;
+  row.rules[0].b = batch;
   for (const double time : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()})
     refuses(recorder.add_frame(job, time), "the time of a frame must be finite");
   must(recorder, recorder.add_batch({8}, {row.articulation, 4, BatchKind::kSequence}));
-  inputs.push_back(inputs[0]);
-  inputs[1].batch = {8};
-  job.inputs = inputs;
+  row.inputs.push_back(row.inputs[0]);
+  row.inputs[1].batch = {8};
+  job.inputs = row.inputs;
   refuses(recorder.add_frame(job, 0), "sequences beside characters");
-  inputs.pop_back();
-  job.inputs = inputs;
+  row.inputs.pop_back();
+  job.inputs = row.inputs;
   must(recorder, recorder.add_frame(job, 0));
   must(recorder, recorder.close());
   record::Recording recording;
@@ -750,15 +742,13 @@ TEST_CASE("a frame that is refused leaves nothing in the file") {
 std::vector<std::uint8_t> two_chunks(bool compress) {
   const RecordingFile file("two_chunks");
   CubeRow row;
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
   record::Recorder recorder;
   record::RecorderOptions options;
   options.compress = compress;
   must(recorder, recorder.open(file.path(), options));
   const BatchId batch = row.add(recorder, 40);
   for (int f = 0; f < 2; ++f) {
-    must(recorder, recorder.add_frame(row.run(batch, 40, inputs, rules), f));
+    must(recorder, recorder.add_frame(row.run(batch, 40), f));
     must(recorder, recorder.flush());
   }
   must(recorder, recorder.close());
@@ -778,15 +768,13 @@ TEST_CASE("what is appended behind any cut is read") {
         if (recording.open(file.path())) before = recording.frame_count();
       }
       CubeRow row;
-      std::vector<BatchInput> inputs;
-      std::vector<PairRule> rules;
       record::Recorder recorder;
       record::RecorderOptions options;
       options.append = true;
       options.compress = compress;
       must(recorder, recorder.open(file.path(), options));
       const BatchId batch = row.add(recorder, 40);
-      must(recorder, recorder.add_frame(row.run(batch, 40, inputs, rules), 9));
+      must(recorder, recorder.add_frame(row.run(batch, 40), 9));
       must(recorder, recorder.close());
       record::Recording recording;
       must(recording, recording.open(file.path()));
@@ -870,13 +858,11 @@ TEST_CASE("a frame that no chunk has room for is refused before its hits are rea
   record::Recorder recorder;
   must(recorder, recorder.open(file.path()));
   const BatchId batch = row.add(recorder, 3);
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
-  FrameJob job = row.run(batch, 3, inputs, rules);
+  FrameJob job = row.run(batch, 3);
   // A chunk has 2 GB. There are no such hits; they would leave a megabyte of it, and the rules need more.
   job.hits.size = job.hit_count = ((std::size_t{1} << 31) - (std::size_t{1} << 20)) / sizeof(Hit);
-  rules.assign(100000, rules[0]);
-  job.rules = rules;
+  row.rules.assign(100000, row.rules[0]);
+  job.rules = row.rules;
   CHECK_FALSE(recorder.add_frame(job, 0));
   CHECK(std::string(recorder.error()).find("bytes is too large: chunks have 2 GB") != std::string::npos);
 }
@@ -890,8 +876,6 @@ TEST_CASE("a full disk is told, what was whole stays, and nothing more is writte
   const RecordingFile file("full");
   constexpr std::size_t kRoom = 40000;
   CubeRow row;
-  std::vector<BatchInput> inputs;
-  std::vector<PairRule> rules;
   must(recorder, recorder.open(file.path()));
   const BatchId batch = row.add(recorder, 40);
   rlimit before = {}, limit = {};
@@ -901,9 +885,7 @@ TEST_CASE("a full disk is told, what was whole stays, and nothing more is writte
   const auto on_signal = std::signal(SIGXFSZ, SIG_IGN);
   REQUIRE(setrlimit(RLIMIT_FSIZE, &limit) == 0);
   std::uint32_t written = 0;
-  const auto record_one = [&] {
-    return recorder.add_frame(row.run(batch, 40, inputs, rules), written) && recorder.flush();
-  };
+  const auto record_one = [&] { return recorder.add_frame(row.run(batch, 40), written) && recorder.flush(); };
   while (written < 1000 && record_one()) ++written;
   const std::string reason = recorder.error();
   setrlimit(RLIMIT_FSIZE, &before);
@@ -925,13 +907,11 @@ TEST_CASE("chunks that were written outlive the process") {
   REQUIRE(child >= 0);
   if (child == 0) {
     CubeRow row;
-    std::vector<BatchInput> inputs;
-    std::vector<PairRule> rules;
     record::Recorder recorder;
     bool ok = recorder.open(file.path());
     const BatchId batch = row.add(recorder, 40);
-    for (int f = 0; f < 5; ++f) ok = ok && recorder.add_frame(row.run(batch, 40, inputs, rules), f) && recorder.flush();
-    ok = ok && recorder.add_frame(row.run(batch, 40, inputs, rules), 5);
+    for (int f = 0; f < 5; ++f) ok = ok && recorder.add_frame(row.run(batch, 40), f) && recorder.flush();
+    ok = ok && recorder.add_frame(row.run(batch, 40), 5);
     _exit(ok ? 0 : 1);
   }
   int status = 0;
