@@ -1,13 +1,13 @@
 #include "engine/record/rounded_poses.h"
 
+#include "layout/error_bounds.h"
+
 #include <cab/record.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-
-#include "layout/error_bounds.h"
 
 namespace cab::record {
 namespace {

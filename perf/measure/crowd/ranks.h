@@ -1,6 +1,8 @@
 // What the ranks of `cab crowd --mpi` tell each other besides frames.
 #pragma once
 
+#include "perf/base/out_of_memory.h"
+
 #include <mpi.h>
 
 #include <cstddef>
@@ -9,8 +11,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "perf/base/out_of_memory.h"
 
 namespace cab::perf {
 
