@@ -104,6 +104,10 @@ async function open(file, {width = 1280, fragment = ''} = {}) {
   tab.on('pageerror', (error) => wrong.push(`error: ${error.message}`));
   await tab.goto(`${pathToFileURL(file).href}${fragment}`);
   await tab.evaluate('cabPage.ready.then(() => cabPage.engineReady)');
+  /** Waits until what has changed is drawn, with its labels in their places: a flight has begun by the second frame. */
+  const drawn = () => tab.evaluate(() => new Promise((done) => {
+    requestAnimationFrame(() => requestAnimationFrame(done));
+  }));
   return {
     tab,
     read: (member) => tab.evaluate(`cabPage.${member}`),
@@ -113,6 +117,21 @@ async function open(file, {width = 1280, fragment = ''} = {}) {
         assert(Date.now() - begin < 20000, `it never came to be: ${expression}`);
         await new Promise((done) => setTimeout(done, 20));
       }
+    },
+    drawn,
+    /** Waits until the camera is where it flies to. Returns it. */
+    async still() {
+      for (let last = '';;) {
+        await drawn();
+        const now = JSON.stringify(await tab.evaluate('cabPage.camera'));
+        if (now === last) return JSON.parse(now);
+        last = now;
+      }
+    },
+    /** The scene as an address of a PNG. */
+    async picture() {
+      await drawn();
+      return `data:image/png;base64,${await (await tab.$('.surface')).screenshot({encoding: 'base64'})}`;
     },
     async close() {
       await tab.close();
@@ -303,7 +322,7 @@ describe('playing', () => {
     await page.tab.keyboard.press('Escape');
     await page.tab.keyboard.press('z');
     await page.tab.evaluate('cabPage.select(0, 0)');
-    await page.tab.waitForSelector('.scene-label.selected');
+    await page.drawn();
     const name = await text(page, '.scene-label.selected');
     // The label is above and to the right of the place where the character is, by eight pixels.
     const place = await page.tab.evaluate(() => {
@@ -324,28 +343,19 @@ describe('a selected pair', () => {
   before(async () => (page = await open(embed('pair', {'avx512.cab': fixture}))));
   after(() => page.close());
 
-  const still = async () => {
-    for (let last = '';;) {
-      const now = JSON.stringify(await page.read('camera'));
-      if (now === last) return JSON.parse(now);
-      last = now;
-      await new Promise((done) => setTimeout(done, 120));
-    }
-  };
-
   test('is flown to, and away from again', async () => {
-    const before = await still();
+    const before = await page.still();
     await page.tab.click('.pairs button');
-    const near = await still();
+    const near = await page.still();
     assert(near.distance < before.distance / 2, `${near.distance} of ${before.distance}`);
     const moved = Math.hypot(...near.target.map((x, k) => x - before.target[k]));
     assert(moved > 0.01 * before.distance);
     await page.tab.click('.pairs li:nth-child(2) button');
-    const other = await still();
+    const other = await page.still();
     assert.notDeepEqual(other.target, near.target);
     await page.tab.keyboard.press('Escape');
     await page.tab.keyboard.press('z');
-    const whole = await still();
+    const whole = await page.still();
     assert(whole.distance > 2 * near.distance);
   });
 
@@ -382,11 +392,11 @@ describe('a selected pair', () => {
 
   test('is seen through what is around it: all else lets the background through', async () => {
     const brightness = async () => {
-      const {bytes} = await smallPicture(page, '.surface');
+      const {bytes} = await smallPicture(page);
       return bytes.reduce((sum, value, i) => sum + Math.abs(value - BACKGROUND[i % 4]), 0);
     };
     await page.tab.click('.pairs button');
-    await still();
+    await page.still();
     const through = await brightness();
     await page.tab.keyboard.press('Escape');
     const solid = await brightness();
@@ -482,7 +492,7 @@ describe('a skin', () => {
 
   // How many pixels of the scene are about as red as what touches.
   const redPixels = async () => {
-    const png = await (await page.tab.$('.surface')).screenshot({encoding: 'base64'});
+    const picture = await page.picture();
     return page.tab.evaluate(async (source) => {
       const image = new Image();
       image.src = source;
@@ -496,7 +506,7 @@ describe('a skin', () => {
         if (data[at] > 120 && data[at] > 2 * data[at + 1] && data[at] > 2 * data[at + 2]) ++count;
       }
       return count;
-    }, `data:image/png;base64,${png}`);
+    }, picture);
   };
 
   test('shows which triangles touch, and all of its links where boxes decide', async () => {
@@ -624,11 +634,8 @@ describe('a bad recording', () => {
   });
 });
 
-/** The picture of an element, made small: RGBA bytes and a PNG of them. */
-async function smallPicture(page, selector) {
-  const png = await (await page.tab.$(selector)).screenshot({encoding: 'base64'});
-  return page.tab.evaluate(shrink, `data:image/png;base64,${png}`, SMALL);
-}
+/** The scene, made small: RGBA bytes and a PNG of them. */
+const smallPicture = async (page) => page.tab.evaluate(shrink, await page.picture(), SMALL);
 
 // Runs in the page.
 async function shrink(source, {width, height}) {
@@ -669,7 +676,7 @@ describe('pictures', () => {
         await page.tab.emulateMediaFeatures([{name: 'prefers-color-scheme', value: 'dark'}]);
         await page.tab.screenshot({path: join(pictures, `${name}_${width}_dark.png`)});
         await page.tab.click('.pairs button');
-        await new Promise((done) => setTimeout(done, 700));
+        await page.still();
         const labels = await page.tab.$$eval('.scene-label', (all) => all.map((label) => {
           const {left, right, top, bottom} = label.getBoundingClientRect();
           return [left, right, top, bottom];
@@ -686,7 +693,7 @@ describe('pictures', () => {
 
 async function compare(page, name, t) {
   const reference = join(here, 'pictures', `${name}.png`);
-  const seen = await smallPicture(page, '.surface');
+  const seen = await smallPicture(page);
   if (options.renew) writeFileSync(reference, Buffer.from(seen.png.split(',')[1], 'base64'));
   if (!existsSync(reference)) {
     t.diagnostic(`there is no ${reference} to compare with`);

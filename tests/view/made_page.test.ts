@@ -39,6 +39,10 @@ test('links within the margin are apart, and are not said to touch', async () =>
 
 // How many pixels of the scene have the hue and the brightness of static bodies.
 async function staticPixels(): Promise<number> {
+  // What has changed is drawn by the second frame.
+  await opened.page.evaluate(() => new Promise((done) => {
+    requestAnimationFrame(() => requestAnimationFrame(done));
+  }));
   const png = await (await opened.page.$('.surface'))!.screenshot({encoding: 'base64'});
   return opened.page.evaluate(async (source, rgb) => {
     const image = new Image();
