@@ -60,7 +60,11 @@ Status start(FrameRun& run, bool caller_runs_tasks) {
 std::uint32_t begin_counting(FrameRun& run) { return begin_counting_hits(run.engine.stored_batches()); }
 void count_stored(FrameRun& run, std::uint32_t task, std::uint32_t) { count_hits(run.engine.stored_batches(), task); }
 
-std::uint32_t begin_writing(FrameRun& run) { return begin_writing_hits(run.engine.stored_batches(), run.sink); }
+std::uint32_t begin_writing(FrameRun& run) {
+  std::uint64_t in_open_blocks = 0;
+  for (const auto& worker : run.engine.pool.workers) in_open_blocks += worker->hits.block.hits;
+  return begin_writing_hits(run.engine.stored_batches(), in_open_blocks, run.sink);
+}
 void write_stored(FrameRun& run, std::uint32_t task, std::uint32_t worker) {
   write_hits(*run.characters, task, run.worker(worker).stats, run.sink);
 }

@@ -49,7 +49,7 @@ bool grow(HitStore& store, std::uint32_t number) {
 // is no memory, the worker writes over the block that it has: then hits are counted alone.
 void claim_block(HitBlock& own, HitSink& sink) {
   HitStore& store = *sink.store;
-  const std::size_t stored = sink.stored_hits.fetch_add(own.hits, std::memory_order_relaxed) + own.hits;
+  const std::uint64_t stored = sink.stored_hits.fetch_add(own.hits, std::memory_order_relaxed) + own.hits;
   own.used = 1;
   own.hits = 0;
   if (sink.out_of_memory || (own.words && stored > sink.job->hits.size)) return;
@@ -328,17 +328,18 @@ void count_hits(StoredBatches batches, std::uint32_t task) {
   of.batch.stored_before[of.run] = count;
 }
 
-std::uint32_t begin_writing_hits(StoredBatches batches, HitSink& sink) {
+std::uint32_t begin_writing_hits(StoredBatches batches, std::uint64_t in_open_blocks, HitSink& sink) {
+  // Chains count in 32 bits: as many hits as the store has words, but not those that are counted alone.
+  const std::uint64_t before = sink.found;
+  sink.found += sink.stored_hits + in_open_blocks;
+  if (sink.found > sink.job->hits.size || sink.out_of_memory) return 0;
   const std::uint32_t tasks = lay_out_writing(batches);
-  std::size_t found = sink.found;
+  auto at = static_cast<std::size_t>(before);
   for (std::uint32_t task = 0; task < tasks; ++task) {
     const InstanceRun of = instance_run(batches, task);
-    const std::size_t count = of.batch.stored_before[of.run];
-    of.batch.stored_before[of.run] = found;
-    found += count;
+    at += std::exchange(of.batch.stored_before[of.run], at);
   }
-  sink.found = found;
-  return found > sink.job->hits.size || sink.out_of_memory ? 0 : tasks;
+  return tasks;
 }
 
 void write_hits(const FrameContext& frame, std::uint32_t task, FrameStats& stats, const HitSink& sink) {

@@ -96,8 +96,8 @@ std::uint32_t begin_counting_hits(StoredBatches batches);
 void count_hits(StoredBatches batches, std::uint32_t task);
 
 // Adds their number to HitSink::found, and lays out the tasks that write them to the caller's buffer in key order if it
-// has room for them.
-std::uint32_t begin_writing_hits(StoredBatches batches, HitSink& sink);
+// has room for them. in_open_blocks: how many hits are in the workers' own blocks.
+std::uint32_t begin_writing_hits(StoredBatches batches, std::uint64_t in_open_blocks, HitSink& sink);
 void write_hits(const FrameContext& frame, std::uint32_t task, FrameStats& stats, const HitSink& sink);
 
 }  // namespace cab

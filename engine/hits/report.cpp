@@ -4,6 +4,7 @@
 #include "engine/exact/touching_links.h"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 namespace cab {
@@ -37,9 +38,10 @@ void report_candidate(const FrameContext& frame, const Candidate& candidate, Spa
 }
 
 void append_hits(FixedList<Hit>& hits, HitSink& sink) {
-  const std::size_t at = sink.found.fetch_add(hits.size, std::memory_order_relaxed);
-  const std::size_t room = at < sink.job->hits.size ? sink.job->hits.size - at : 0;
-  std::copy(hits.begin(), hits.begin() + std::min<std::size_t>(room, hits.size), sink.job->hits.data + (room ? at : 0));
+  const std::uint64_t found = sink.found.fetch_add(hits.size, std::memory_order_relaxed);
+  const auto at = static_cast<std::size_t>(std::min<std::uint64_t>(found, sink.job->hits.size));
+  std::copy(hits.begin(), hits.begin() + std::min<std::size_t>(sink.job->hits.size - at, hits.size),
+            sink.job->hits.data + at);
   hits.clear();
 }
 
@@ -49,7 +51,8 @@ void sort_hits(Span<Hit> hits) {
 
 void finish_hits(HitSink& sink) {
   FrameJob& job = *sink.job;
-  job.hits_needed = sink.found.load();
+  constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max();
+  job.hits_needed = static_cast<std::size_t>(std::min(sink.found.load(), kMost));
   job.hit_count = 0;
   if (job.hits_needed > job.hits.size || sink.out_of_memory) return;
   job.hit_count = job.hits_needed;

@@ -25,11 +25,11 @@ struct HitScratch {
 struct HitSink {
   FrameJob* job;
   HitStore* store;
-  std::atomic<std::size_t> found{0};        // number of hits counted for the caller's buffer; may exceed its size
-  bool sorted = true;                       // whether the hits in the buffer are already in the promised order
-  bool alone = false;                       // whether one thread runs all tasks
-  std::atomic<std::size_t> stored_hits{0};  // of the blocks that are full
-  std::atomic<bool> out_of_memory{false};   // whether hits were lost since the store could not grow
+  std::atomic<std::uint64_t> found{0};        // number of hits counted for the caller's buffer; may exceed its size
+  bool sorted = true;                         // whether the hits in the buffer are already in the promised order
+  bool alone = false;                         // whether one thread runs all tasks
+  std::atomic<std::uint64_t> stored_hits{0};  // of the blocks that are full
+  std::atomic<bool> out_of_memory{false};     // whether hits were lost since the store could not grow
 };
 
 // Runs the exact test on the overlapping leaf pairs of a candidate. Adds one hit per touching link pair, with the

@@ -2,6 +2,7 @@
 // frame that knows nothing of those before. CAB_TEST_SEED=N tells the story of that seed alone.
 #include "engine/hits/hit_store.h"
 
+#include "engine/hits/report.h"
 #include "engine/session/engine.h"
 #include "perf/harness/random_world.h"
 #include "tests/engine/small_store.h"
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace cab::tests {
 namespace {
@@ -444,6 +446,38 @@ TEST_CASE("hits are kept while the store holds those of the last frame") {
   CHECK(frame(Report::kInContact).hits_kept == 0);
   all_are_tested();
   all_are_kept();
+}
+
+TEST_CASE("more hits than 32 bits count are counted") {
+  Random random(5);
+  World world;
+  Member member;
+  member.rig = random_rig(random, Topology::kTree, 2, 2);
+  member.poses = random_poses(random, member.rig, 3, PoseFormat::kQuaternionTranslation, {0.1, true, true, {}});
+  world.members.push_back(std::move(member));
+  world.rules = {{{1}, {1}, Pairing::kBetween}};
+  const EnginePtr engine = make_engine_for(world);
+  const BatchInput input = world.members[0].poses.input({1});
+  FrameJob job;
+  job.inputs = {&input, 1};
+  job.rules = world.rules;
+  std::vector<Hit> hits(1000);
+  job.hits = hits;
+  REQUIRE(run_frame(*engine, job) == Status::kOk);
+  HitSink sink = {&job, &engine->hit_store};
+  const StoredBatches batches = engine->stored_batches();
+  const Span<HitChain> chains = batches[0]->batch.hit_chains;
+  chains.data[0].count = 0xffffffff;
+  chains.data[1].count = 2;
+  chains.data[2].count = 0;
+  batches[0]->batch.pairs_between = true;
+  REQUIRE(begin_counting_hits(batches) == 1);
+  count_hits(batches, 0);
+  sink.stored_hits = 0xffffffff;
+  CHECK(begin_writing_hits(batches, 2, sink) == 0);
+  finish_hits(sink);
+  CHECK(job.hits_needed == std::min<std::uint64_t>(0x100000001, std::numeric_limits<std::size_t>::max()));
+  CHECK(job.hit_count == 0);
 }
 
 TEST_CASE("whoever rests and whatever happens in between, frames have the hits of frames that keep nothing") {
