@@ -290,8 +290,8 @@ inline constexpr double kRayGrowth = 6;
 // A hull whose vertices are within this share of its extent from one line has no area. 2^-46; step 8.1: 2^-49.
 inline constexpr double kThinHull = 0x1p-46;
 
-// Two hulls that are flat to this share of their radius are tested by their gap, since libccd may call them apart.
-// 16 u, so that float vertices in a tilted plane are flat; any value would do: step 8.3.
+// Two hulls, or a hull and a box, that are flat to this share of their radius are tested by their gap, since libccd may
+// call them apart. 16 u, so that float vertices in a tilted plane are flat; any value would do: step 8.3.
 inline constexpr double kFlatShare = 0x1p-20;
 
 // The gap of two parts shrinks by this share of the lengths that its two ends are sums of, for the rounding of poses

@@ -32,7 +32,7 @@ struct FclPart {
   Transform in_link;             // from the part's axes and centre to the frame of the link
   double radius;                 // of the ball about the centre that contains the part
   double reach;                  // at least |position of the part| + |its centre| + radius
-  bool is_flat;                  // a hull whose vertices are in one plane, to kFlatShare of the radius
+  bool is_flat;                  // a hull or a box that is in one plane, to kFlatShare of the radius
 };
 
 Vector vector_of(const float* v) {
@@ -103,6 +103,11 @@ bool are_flat(const std::vector<Vector>& vertices, double radius) {
   });
 }
 
+bool is_flat(const FclPart& part) {
+  if (part.kind == ShapeKind::kBox) return part.size.minCoeff() <= kFlatShare * part.radius;
+  return part.kind == ShapeKind::kConvexHull && are_flat(part.vertices, part.radius);
+}
+
 FclPart make_part(const ConvexPart& part) {
   FclPart out = {part.kind, vector_of(part.size), {}, {}, 0, 0, false};
   Vector center = Vector::Zero();
@@ -120,7 +125,7 @@ FclPart make_part(const ConvexPart& part) {
   out.in_link = make_transform(rotation, position + rotation * center);
   out.radius = radius_of(out);
   out.reach = position.norm() + center.norm() + out.radius;
-  out.is_flat = part.kind == ShapeKind::kConvexHull && are_flat(out.vertices, out.radius);
+  out.is_flat = is_flat(out);
   return out;
 }
 
@@ -130,7 +135,9 @@ FclPart box_part(const Box& box) {
   for (int k = 0; k < 3; ++k) axes.col(k) = vector_of(box.axis[k]);
   const Vector half = vector_of(box.half), center = vector_of(box.center);
   const Transform in_link = make_transform(orthonormal(axes), center);
-  return {ShapeKind::kBox, half, {}, in_link, half.norm(), center.norm() + half.norm(), false};
+  FclPart out = {ShapeKind::kBox, half, {}, in_link, half.norm(), center.norm() + half.norm(), false};
+  out.is_flat = is_flat(out);
+  return out;
 }
 
 // The pose of a link in world axes, relative to the origin of its instance, in double, and its scale.
@@ -313,9 +320,13 @@ struct FclContact {
   Vector point;
 };
 
+bool are_boxes(const Query& query) {
+  return query.a.part->kind == ShapeKind::kBox && query.b.part->kind == ShapeKind::kBox;
+}
+
 // Returns whether two parts touch, and writes their contact unless it is null. FCL has a test of its own for two boxes.
 bool find_contact(Query query, FclContact* contact) {
-  if (query.a.part->kind == ShapeKind::kBox && query.b.part->kind == ShapeKind::kBox) {
+  if (are_boxes(query)) {
     const auto box_of = [](const QueryPart& part) { return fcl::Boxd(2 * part.scale * part.part->size); };
     fcl::CollisionRequestd request;
     request.num_max_contacts = 1;
@@ -404,8 +415,9 @@ bool find_gap(Query query, Gap* out) {
 bool fcl_leaves_touch(const ExactLeaf& a, const ExactLeaf& b, float margin) {
   return visit_parts(a, b, [limit = static_cast<double>(margin)](const Query& query) {
     if (has_half_space(query)) return !(-plane_contact(query).depth - query.length(query.rounding) > limit);
-    // libccd calls two parts in one plane apart, since their difference has no volume. Their gap is known.
-    if (limit > 0 || (query.a.part->is_flat && query.b.part->is_flat)) {
+    // libccd calls two parts in one plane apart, since their difference has no volume. Their gap is known. Two boxes
+    // are tested by their axes.
+    if (limit > 0 || (query.a.part->is_flat && query.b.part->is_flat && !are_boxes(query))) {
       Gap gap;
       return !find_gap(query, &gap) || !(gap.at_least > limit);
     }

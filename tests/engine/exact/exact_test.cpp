@@ -277,6 +277,33 @@ TEST_CASE("a leaf without parts is its box, plates and points included") {
   }
 }
 
+TEST_CASE("a leaf that is a plate, a segment or a point touches a triangle in its plane") {
+  const std::vector<float> vertices = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const ConvexPart triangle = hull_of(vertices);
+  World world;
+  world.members.push_back({body({&triangle, 1}), {}, BatchKind::kCharacters});
+  world.members.push_back({body({}), {}, BatchKind::kCharacters});
+  world.rules = {{{1}, {2}, Pairing::kBetween}};
+  float(&half)[3] = world.members[1].rig.leaves[0].box.half;
+  const auto hits_at = [&](const Place& at, Exact exact) {
+    world.members[0].poses = poses_at({0, 0, 0, at.angle}, PoseFormat::kMatrix3x4Rows, false, false);
+    world.members[1].poses = poses_at(at, PoseFormat::kMatrix3x4Rows, false, false);
+    return run_world(world, {Refit::kCab, Strategy::kTree, exact}).hits.size();
+  };
+  const float sizes[][3] = {{1, 1, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, {1, 1, 1e-8f}};
+  for (const auto& size : sizes) {
+    std::copy_n(size, 3, half);
+    for (const Exact exact : {Exact::kFcl, Exact::kConvex}) {
+      CAPTURE(size);
+      CAPTURE(static_cast<int>(exact));
+      CHECK(hits_at({0.2, 0.2, 0}, exact) == 1);
+      CHECK(hits_at({0.1, 0.3, 0, 0.4}, exact) == 1);
+      CHECK(hits_at({2.01, 0, 0}, exact) == 0);
+      CHECK(hits_at({0.2, 0.2, 0.01}, exact) == 0);
+    }
+  }
+}
+
 TEST_CASE("a hull whose vertices have no area is refused with its leaf") {
   const std::vector<float> two = {0, 0, 0, 1, 0, 0};
   const std::vector<float> line = {0, 0, 0, 1, 1, 1, 2, 2, 2, -1, -1, -1};
