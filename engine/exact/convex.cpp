@@ -10,6 +10,7 @@
 #include "layout/rounded_up.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -124,6 +125,25 @@ float margin_of(const FrameContext& frame, const Hit& hit) {
                         hit.instance_b, frame.margin);
 }
 
+// A coordinate in float: the largest float if it is beyond.
+float saturated(double value) {
+  constexpr double kMost = std::numeric_limits<float>::max();
+  return static_cast<float>(std::min(std::max(value, -kMost), kMost));
+}
+
+// Makes a difference of origins shorter along its direction where its square is beyond double. A gap so wide saturates
+// in float.
+void limit_length(double (&shift)[3]) {
+  constexpr double kMost = 1e100, kLargest = std::numeric_limits<double>::max();
+  double largest = 0;
+  for (double& by : shift) {
+    by = std::min(std::max(by, -kLargest), kLargest);  // the difference itself may be beyond double
+    largest = std::max(largest, std::fabs(by));
+  }
+  for (double& by : shift)
+    if (largest > kMost) by *= kMost / largest;
+}
+
 // Leaf pairs, named by index. The highest bit of LeafPair::candidate says which of them touch.
 struct FoundPairs {
   static constexpr std::uint32_t kTouching = 1u << 31;
@@ -233,6 +253,7 @@ void keep_touching_lanes(const FrameContext& frame, const Candidate (&candidates
 void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* contacts, ExactScratch& scratch) {
   std::uint64_t ranks[kContactsPerTask];
   for (std::size_t i = 0; i < hits.size; ++i) {
+    contacts[i] = {};
     contacts[i].depth = -std::numeric_limits<float>::infinity();
     ranks[i] = ~std::uint64_t{0};
   }
@@ -248,8 +269,8 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
       deepest.depth = depth;
       for (std::size_t c = 0; c < 3; ++c) {
         deepest.normal[c] = static_cast<float>(found.normal[c][lane]);
-        deepest.point_a[c] = static_cast<float>(found.point_a[c][lane]);
-        deepest.point_b[c] = static_cast<float>(found.point_b[c][lane]);
+        deepest.point_a[c] = saturated(found.point_a[c][lane]);
+        deepest.point_b[c] = saturated(found.point_b[c][lane]);
       }
       deepest.leaf_a = static_cast<std::uint16_t>(queue.rank[lane] >> 48);
       deepest.leaf_b = static_cast<std::uint16_t>(queue.rank[lane] >> 32);
@@ -261,6 +282,7 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
       const LeafShapes a = shapes_of(at_a), b = shapes_of(at_b);
       double shift[3];
       origin_difference(at_a, at_b, shift);
+      limit_length(shift);
       queues.rank = std::uint64_t{at_a.leaf} << 48 | std::uint64_t{at_b.leaf} << 32;
       // Of links that touch, parts whose balls are apart are not the deepest.
       const float margin = margin_between(at_a, at_b, frame.margin);

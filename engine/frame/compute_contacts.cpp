@@ -45,7 +45,8 @@ Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<cons
     if (contacts.size < pairs.size || (pairs.size && !contacts.data)) return Status::kBadOutput;
     WorkerPool& pool = *call.reader().pool;
     pool.tasks->alone = pairs.size <= kContactsPerTask;
-    measure_pairs(call.context(policies, kMaxCoordinate), pool, pairs, contacts.data);
+    const float any_distance = std::numeric_limits<float>::infinity();
+    measure_pairs(call.context(policies, any_distance), pool, pairs, contacts.data);
     return Status::kOk;
   });
 }

@@ -322,14 +322,14 @@ CAB_API void destroy_engine(Engine* engine) noexcept;
                                            Span<Box> boxes) noexcept;
 
 // Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
-// any distance, as Exact::kConvex measures it. Of each Hit only batches, instances and links are read; the leaves that
-// the contact is of are written to the contact. The two links must differ, and may be of one instance. inputs holds the
-// poses of all batches that are named; layers, flags and in_contact have no effect. A link whose pose is not finite or
-// not rigid has depth minus infinity and all else 0.
+// any distance (beyond float's range the largest float), as Exact::kConvex measures it. Of each Hit only batches,
+// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
+// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
+// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: kBusy, the input statuses, kSkinNotTaken, kBadPairs, kBadOutput (contacts is shorter than pairs),
-// kOutOfMemory (TBB had no memory for its tasks).
+// Statuses: kBusy, the input statuses, kSkinNotTaken, kBadPairs (also for links of a level of nodes: they have boxes
+// alone), kBadOutput (contacts is shorter than pairs), kOutOfMemory (TBB had no memory for its tasks).
 // Thread: any, beside other reads.
 [[nodiscard]] CAB_API Status compute_contacts(Engine& engine, Span<const BatchInput> inputs, Span<const Hit> pairs,
                                               Span<Contact> contacts) noexcept;

@@ -1931,15 +1931,15 @@ CAB_API cab_Status cab_compute_boxes(cab_Engine* engine, const cab_BatchInput* i
                                      cab_BoxSpan boxes);
 
 // Writes contacts[i] for pairs[i], two links that the caller names: how deep they touch, or how far they are apart at
-// any distance, as CAB_EXACT_CONVEX measures it. Of each Hit only batches, instances and links are read; the leaves
-// that the contact is of are written to the contact. The two links must differ, and may be of one instance. inputs
-// holds the poses of all batches that are named; layers, flags and in_contact have no effect. A link whose pose is not
-// finite or not rigid has depth minus infinity and all else 0.
+// any distance (beyond float's range the largest float), as CAB_EXACT_CONVEX measures it. Of each Hit only batches,
+// instances and links are read; the leaves that the contact is of are written to the contact. The two links must
+// differ, and may be of one instance. inputs holds the poses of all batches that are named; layers, flags and
+// in_contact have no effect. A link whose pose is not finite or not rigid has depth minus infinity and all else 0.
 // Cost: one exact contact per pair of leaves of the two links, on all threads; allocates nothing. Bits do not depend on
 // instruction set, threads or other pairs.
-// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_PAIRS, CAB_STATUS_BAD_OUTPUT
-// (contacts is shorter than pairs), CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks).
-// Thread: any, beside other reads.
+// Statuses: CAB_STATUS_BUSY, the input statuses, CAB_STATUS_SKIN_NOT_TAKEN, CAB_STATUS_BAD_PAIRS (also for links of a
+// level of nodes: they have boxes alone), CAB_STATUS_BAD_OUTPUT (contacts is shorter than pairs),
+// CAB_STATUS_OUT_OF_MEMORY (TBB had no memory for its tasks). Thread: any, beside other reads.
 CAB_API cab_Status cab_compute_contacts(cab_Engine* engine, cab_ConstBatchInputSpan inputs, cab_ConstHitSpan pairs,
                                         cab_ContactSpan contacts);
 

@@ -267,6 +267,37 @@ TEST_CASE("compute_contacts measures any two links at any distance, and says whi
   CHECK(contacts[2].normal[0] == 0);
 }
 
+TEST_CASE("compute_contacts measures links farther apart than frames test, up to float's range") {
+  const std::vector<ConvexPart> two = {ball(1, 0, 0, 0), ball(1, 2, 0, 0)};
+  for (std::size_t parts = 1; parts <= 2; ++parts) {
+    Rig rig;
+    rig.parents = {-1};
+    rig.leaves = {{0, kRoom, {two.data(), parts}}};
+    World world;
+    world.members = {member_at(rig, {{{0, 0, 0}}, {{0, 0, 0}}})};
+    const EnginePtr engine = make_engine_for(world);
+    for (const double far : {1e17, 1e19, 1e38, 1e39, 1e100, 1e200, 1.7e308}) {
+      CAPTURE(parts);
+      CAPTURE(far);
+      world.members[0].poses.origins = {-far, -far, 0, far, far, 0};
+      const BatchInput input = world.members[0].poses.input({1});
+      const Hit pair = {{1}, 0, {1}, 1, 0, 0, 0, 0};
+      Contact contact;
+      std::memset(static_cast<void*>(&contact), 0x5a, sizeof(contact));
+      REQUIRE(compute_contacts(*engine, {&input, 1}, {&pair, 1}, {&contact, 1}) == Status::kOk);
+      const double most = std::numeric_limits<float>::max(), gap = std::min(2 * std::sqrt(2.0) * far, most);
+      CHECK(static_cast<double>(contact.depth) >= -gap * (1 + 1e-6));
+      CHECK(static_cast<double>(contact.depth) <= -gap * (1 - 1e-6));
+      for (int c = 0; c < 3; ++c)
+        CHECK(std::fabs(static_cast<double>(contact.normal[c]) - (c < 2 ? std::sqrt(0.5) : 0)) < 1e-6);
+      CHECK(std::fabs(contact.point_a[0]) <= 3);
+      CHECK(std::fabs(static_cast<double>(contact.point_b[1]) / std::min(2 * far, most) - 1) < 1e-6);
+      CHECK(contact.leaf_a == 0);
+      CHECK(contact.leaf_b == 0);
+    }
+  }
+}
+
 TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing") {
   const std::vector<ConvexPart> one = {ball(1, 0, 0, 0)};
   Rig rig = rig_of(one);
