@@ -536,6 +536,7 @@ TEST_CASE("while a frame is in progress a world refuses to change, and its input
   World world;
   Cubes cubes;
   REQUIRE(cubes.add(world, 10) == Status::kOk);
+  REQUIRE(world.run() == Status::kOk);
   ReserveDesc few;
   few.hits = 9;
   REQUIRE(world.reserve(few) == Status::kOk);
@@ -556,6 +557,7 @@ TEST_CASE("while a frame is in progress a world refuses to change, and its input
     CHECK(world.add_rule({cubes.batch, cubes.batch, Pairing::kWithin}) == Status::kBusy);
     CHECK(world.remove_batch(cubes.batch) == Status::kBusy);
     CHECK(world.run() == Status::kBusy);
+    CHECK(world.hits().empty());
   }
   CHECK(world.inputs().data == inputs.data);
   CHECK(world.rules().data == rules.data);

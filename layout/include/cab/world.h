@@ -361,8 +361,8 @@ inline FrameJob& World::job() noexcept {
 
 inline Status World::run() noexcept {
   if (!engine_) return no_engine_;
-  if (is_busy()) return Status::kBusy;  // a frame in progress writes to the buffers
   hits_.size = contacts_.size = 0;
+  if (is_busy()) return Status::kBusy;  // a frame in progress writes to the buffers
   if (!reserve_hits(kFirstHits)) return Status::kOutOfMemory;
   Status status = run_frame(*engine_, job());
   while (status == Status::kHitsOverflow) {
