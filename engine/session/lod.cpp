@@ -5,6 +5,7 @@
 #include "engine/session/slots.h"
 #include "engine/session/validate.h"
 #include "kernels/float_mode.h"
+#include "layout/valid_poses.h"
 
 #include <algorithm>
 #include <array>

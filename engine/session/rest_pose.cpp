@@ -4,6 +4,7 @@
 #include "engine/session/validate.h"
 #include "kernels/descend_tiles.h"
 #include "kernels/pose_leaves.h"
+#include "layout/valid_poses.h"
 
 #include <algorithm>
 

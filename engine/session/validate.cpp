@@ -4,6 +4,7 @@
 #include "engine/exact/exact.h"
 #include "engine/step/joint_states.h"
 #include "kernels/pose_leaves.h"
+#include "layout/valid_poses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,19 +84,6 @@ Status validate_states(const BatchInput& input, const InstanceBatch& batch) {
 }  // namespace
 
 bool needs_contacts(const FrameJob& job) { return !job.contacts.empty() || job.min_depth > 0; }
-
-bool valid_poses(const PoseView& poses, std::size_t link_count, bool needs_data) {
-  if ((needs_data && !poses.data) || poses.format > PoseFormat::kMatrix4x4Columns) return false;
-  if (poses.has_scale && poses.format == PoseFormat::kQuaternionTranslation) return false;
-  // In 64 bits, which hold the product below where std::size_t has 32.
-  const std::uint64_t pose_bytes = pose_floats(poses.format) * sizeof(float);
-  const std::uint64_t link_stride = poses.link_stride ? poses.link_stride : pose_bytes;
-  const std::uint64_t instance_stride = poses.instance_stride;
-  if (link_stride % 4 || instance_stride % 4 || link_stride < pose_bytes) return false;
-  if (link_stride > (std::uint64_t{1} << 32) || instance_stride > (std::uint64_t{1} << 38)) return false;
-  const std::uint64_t span = (link_count - 1) * link_stride + pose_bytes;
-  return instance_stride == 0 || instance_stride >= span;
-}
 
 Status validate_input(const Engine& engine, const BatchInput& input, Needs needs) {
   if (!has_batch(engine, input.batch)) return Status::kUnknownBatch;

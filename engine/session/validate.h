@@ -5,10 +5,6 @@
 
 namespace cab {
 
-// Whether poses of link_count links have data, if they need any, a known format, and strides that are wide enough and
-// multiples of 4. Only matrices can hold a scale.
-bool valid_poses(const PoseView& poses, std::size_t link_count, bool needs_data = true);
-
 // What a call needs to know of every instance from its caller.
 enum class Needs : std::uint8_t {
   kNothing,
