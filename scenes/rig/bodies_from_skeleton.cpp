@@ -1,5 +1,5 @@
 // Bodies from a skeleton in plain arrays.
-#include "layout/pose_coding.h"
+#include "layout/valid_poses.h"
 #include "scenes/affine.h"
 #include "scenes/rig/desc_of.h"
 #include "scenes/rig/leaf_box.h"
@@ -71,12 +71,9 @@ bool read_pose(PoseFormat format, const float* p, Arrays& out) {
 
 bool read_poses(const SkeletonDesc& skeleton, Arrays& out) {
   const PoseView& poses = skeleton.poses;
-  if (poses.format > PoseFormat::kMatrix4x4Columns || poses.data == nullptr || skeleton.pose_count == 0) return false;
-  const std::size_t joints = skeleton.parents.size, pose_bytes = pose_floats(poses.format) * sizeof(float);
+  const std::size_t joints = skeleton.parents.size;
+  if (!valid_poses(poses, joints) || skeleton.pose_count == 0) return false;
   const std::size_t link_stride = link_bytes(poses), stride = instance_bytes(poses, joints);
-  if (link_stride < pose_bytes || link_stride % 4 != 0 || stride % 4 != 0 ||
-      stride < (joints - 1) * link_stride + pose_bytes)
-    return false;
   for (std::size_t f = 0; f < skeleton.pose_count; ++f) {
     for (std::size_t j = 0; j < joints; ++j)
       if (!read_pose(poses.format, poses.data + (f * stride + j * link_stride) / sizeof(float), out)) return false;
@@ -85,7 +82,7 @@ bool read_poses(const SkeletonDesc& skeleton, Arrays& out) {
 }
 
 bool has_good_parents(Span<const std::int32_t> parents) {
-  if (parents[0] != -1) return false;
+  if (parents.data == nullptr || parents[0] != -1) return false;
   for (std::size_t j = 1; j < parents.size; ++j)
     if (parents[j] < -1 || parents[j] >= static_cast<std::int32_t>(j)) return false;
   return true;
@@ -95,15 +92,16 @@ Status make_bodies(const SkeletonDesc& skeleton, const SkeletonOptions& options,
   const std::size_t joints = skeleton.parents.size;
   if (joints == 0 || joints > kMaxLinks) return Status::kBadJoints;
   if (!has_good_parents(skeleton.parents)) return Status::kBadParents;
-  if (skeleton.names.size != 0 && skeleton.names.size != joints) return Status::kBadNames;
+  const bool has_names = skeleton.names.size != 0;
+  if (has_names && (skeleton.names.size != joints || skeleton.names.data == nullptr)) return Status::kBadNames;
   if (!(options.stature >= 0 && std::isfinite(options.stature) && options.thickness > 0 &&
         std::isfinite(options.thickness)))
     return Status::kBadSize;
   Arrays arrays;
   if (!read_poses(skeleton, arrays)) return Status::kBadPoses;
   for (std::size_t j = 0; j < joints; ++j) {
-    if (skeleton.names.size != 0 && skeleton.names[j] == nullptr) return Status::kBadNames;
-    arrays.names.emplace_back(skeleton.names.size == 0 ? "" : skeleton.names[j]);
+    if (has_names && skeleton.names[j] == nullptr) return Status::kBadNames;
+    arrays.names.emplace_back(has_names ? skeleton.names[j] : "");
     arrays.parents.push_back(skeleton.parents[j]);
   }
   arrays.is_end_site.assign(joints, false);
@@ -153,6 +151,7 @@ const char* to_string(Status status) noexcept {
       return "poses needs data of a known format, a valid stride, at least one pose, and rigid, finite values";
     case Status::kBadSize: return "stature must be finite and 0 or more, thickness finite and above 0";
     case Status::kNothingToCover: return "no two joints are apart, so there is nothing to make bodies of";
+    case Status::kBadOutput: return "bodies is null";
   }
   return "unknown status";
 }
@@ -169,6 +168,7 @@ Bodies::~Bodies() { delete storage_; }
 ArticulationDesc Bodies::desc() const noexcept { return desc_of(storage_); }
 
 Status bodies_from_skeleton(const SkeletonDesc& skeleton, const SkeletonOptions& options, Bodies* bodies) noexcept {
+  if (bodies == nullptr) return Status::kBadOutput;
   try {
     return make_bodies(skeleton, options, bodies);
   } catch (const std::bad_alloc&) { return Status::kOutOfMemory; }

@@ -19,6 +19,12 @@ Affine affine(const float* m) {
   return a;
 }
 
+// Whether a span says where its values are.
+template <class T>
+bool has_data(Span<const T> values) {
+  return values.data != nullptr || values.empty();
+}
+
 bool all_finite(Span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
 }
@@ -28,25 +34,29 @@ bool all_finite(Span<const float> values) {
 SkinStatus CheckedSkin::check(const rig::Skin& skin) {
   skin_ = &skin;
   const std::size_t joints = skin.joint_parents.size;
-  if (joints == 0) return SkinStatus::kBadJoints;
+  if (joints == 0 || !has_data(skin.joint_parents)) return SkinStatus::kBadJoints;
   for (std::size_t j = 0; j < joints; ++j)
     if (skin.joint_parents[j] < -1 || skin.joint_parents[j] >= static_cast<std::int64_t>(j))
       return SkinStatus::kBadJoints;
-  if (skin.poses.empty() || skin.poses.size % (16 * joints) != 0 || !all_finite(skin.poses))
+  if (skin.poses.empty() || !has_data(skin.poses) || skin.poses.size % (16 * joints) != 0 || !all_finite(skin.poses))
     return SkinStatus::kBadPoses;
   const std::size_t vertex_count = skin.vertices.size / 3;
-  if (skin.vertices.empty() || skin.vertices.size % 3 != 0 || !all_finite(skin.vertices))
+  if (skin.vertices.empty() || !has_data(skin.vertices) || skin.vertices.size % 3 != 0 || !all_finite(skin.vertices))
     return SkinStatus::kBadVertices;
-  if (skin.triangles.size % 3 != 0) return SkinStatus::kBadTriangles;
+  if (skin.triangles.size % 3 != 0 || !has_data(skin.triangles)) return SkinStatus::kBadTriangles;
   for (const std::uint32_t v : skin.triangles)
     if (v >= vertex_count) return SkinStatus::kBadTriangles;
   const std::size_t bones = skin.inverse_bind.size / 16;
+  if (!has_data(skin.inverse_bind) || !has_data(skin.bone_joints)) return SkinStatus::kBadBones;
   if (bones == 0 || skin.inverse_bind.size % 16 != 0 || !all_finite(skin.inverse_bind)) return SkinStatus::kBadBones;
   if (skin.bone_joints.empty() ? bones > joints : skin.bone_joints.size != bones) return SkinStatus::kBadBones;
   for (const std::uint32_t joint : skin.bone_joints)
     if (joint >= joints) return SkinStatus::kBadBones;
   const std::size_t width = skin.influence_count;
-  if (skin.influence_bones.size != width * vertex_count || skin.influence_weights.size != width * vertex_count)
+  if (!has_data(skin.influence_bones) || !has_data(skin.influence_weights)) return SkinStatus::kBadInfluences;
+  // In 64 bits, which hold the product where std::size_t has 32.
+  const std::uint64_t influences = std::uint64_t{skin.influence_count} * vertex_count;
+  if (skin.influence_bones.size != influences || skin.influence_weights.size != influences)
     return SkinStatus::kBadInfluences;
 
   for (std::size_t b = 0; b < bones; ++b) inverse_bind_.push_back(affine(skin.inverse_bind.data + 16 * b));

@@ -45,6 +45,7 @@ bool are_valid(const BodyRules& rules, std::size_t joint_count) {
                         rules.max_hull_vertices <= 1024 && rules.leaves_per_link >= 1 && rules.leaves_per_link <= 64 &&
                         rules.shared_weight > 0 && rules.shared_weight <= 1 && rules.least_reach >= 0 &&
                         std::isfinite(rules.least_reach);
+  if (rules.kept_joints.data == nullptr && !rules.kept_joints.empty()) return false;
   return in_range && std::all_of(rules.kept_joints.begin(), rules.kept_joints.end(),
                                  [=](std::uint32_t joint) { return joint < joint_count; });
 }
@@ -294,8 +295,8 @@ void rigid_pose(const float (&matrix)[16], float (&pose)[7]) noexcept {
 SkinStatus link_poses(const SkinBodies& bodies, Span<const float> matrices, Span<float> poses) noexcept {
   const SkinBodyStorage* const storage = SkinBodiesAccess::get(bodies);
   if (storage == nullptr) return SkinStatus::kBadBodies;
-  if (matrices.size != 16 * storage->joint_count) return SkinStatus::kBadPoses;
-  if (poses.size != 7 * storage->joints.size()) return SkinStatus::kBadOutput;
+  if (matrices.size != 16 * storage->joint_count || matrices.data == nullptr) return SkinStatus::kBadPoses;
+  if (poses.size != 7 * storage->joints.size() || poses.data == nullptr) return SkinStatus::kBadOutput;
   for (std::size_t l = 0; l < storage->joints.size(); ++l) {
     float matrix[16], pose[7];
     std::copy_n(matrices.data + 16 * std::size_t{storage->joints[l]}, 16, matrix);

@@ -16,6 +16,7 @@ enum class Status : std::int32_t {
   kBadPoses,        // poses needs data of a known format, a valid stride, at least one pose, and rigid, finite values
   kBadSize,         // stature must be finite and 0 or more, thickness finite and above 0
   kNothingToCover,  // no two joints are apart, so there is nothing to make bodies of
+  kBadOutput,       // bodies is null
 };
 
 // Returns a status in words. The string lives as long as the program.

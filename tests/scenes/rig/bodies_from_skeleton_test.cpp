@@ -170,4 +170,39 @@ TEST_CASE("bad skeletons are refused, and bodies stay as they were") {
   CHECK(status(desc) == rig::Status::kNothingToCover);
 }
 
+TEST_CASE("null arrays, a null output and strides beyond all memory are refused") {
+  const std::int32_t parents[] = {-1, 0, 1};
+  const float poses[] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 2, 0};
+  rig::SkeletonDesc good;
+  good.parents = parents;
+  good.poses.data = poses;
+  Bodies bodies;
+  const auto status = [&](const rig::SkeletonDesc& desc) { return bodies_from_skeleton(desc, {}, &bodies); };
+  CHECK(bodies_from_skeleton(good, {}, nullptr) == rig::Status::kBadOutput);
+  rig::SkeletonDesc desc = good;
+  desc.parents.data = nullptr;
+  CHECK(status(desc) == rig::Status::kBadParents);
+  desc = good;
+  desc.names.size = 3;
+  CHECK(status(desc) == rig::Status::kBadNames);
+  desc = good;
+  // Twice this stride is 0 in std::size_t.
+  desc.poses.link_stride = std::numeric_limits<std::size_t>::max() / 2 + 1;
+  CHECK(status(desc) == rig::Status::kBadPoses);
+  desc.poses.instance_stride = 28;
+  CHECK(status(desc) == rig::Status::kBadPoses);
+  desc = good;
+  desc.poses.instance_stride = 80;
+  CHECK(status(desc) == rig::Status::kBadPoses);
+  CHECK(status(good) == rig::Status::kOk);
+}
+
+TEST_CASE("quaternions with a scale are refused, as frames refuse them") {
+  const Person person;
+  rig::SkeletonDesc desc = person.desc;
+  desc.poses.has_scale = true;
+  Bodies bodies;
+  CHECK(bodies_from_skeleton(desc, {}, &bodies) == rig::Status::kBadPoses);
+}
+
 }  // namespace cab::tests

@@ -324,6 +324,50 @@ TEST_CASE("bodies_from_skin refuses what is no skin") {
   CHECK(link_poses(bodies, arm.skin().poses, {}) == SkinStatus::kBadOutput);
 }
 
+TEST_CASE("arrays that are null but not empty are refused") {
+  Arm arm;
+  const std::vector<std::uint32_t> joints = {0, 1};
+  Skin good = arm.skin();
+  good.bone_joints = joints;
+  SkinBodies bodies, surface;
+  const auto check = [&](const Skin& skin, SkinStatus status) {
+    CHECK(bodies_from_skin(skin, {}, &bodies) == status);
+    CHECK(surface_from_skin(skin, {}, &surface) == status);
+  };
+  check(good, SkinStatus::kOk);
+  Skin skin = good;
+  skin.joint_parents.data = nullptr;
+  check(skin, SkinStatus::kBadJoints);
+  skin = good;
+  skin.poses.data = nullptr;
+  check(skin, SkinStatus::kBadPoses);
+  skin = good;
+  skin.vertices.data = nullptr;
+  check(skin, SkinStatus::kBadVertices);
+  skin = good;
+  skin.triangles.data = nullptr;
+  check(skin, SkinStatus::kBadTriangles);
+  skin = good;
+  skin.inverse_bind.data = nullptr;
+  check(skin, SkinStatus::kBadBones);
+  skin = good;
+  skin.bone_joints.data = nullptr;
+  check(skin, SkinStatus::kBadBones);
+  skin = good;
+  skin.influence_bones.data = nullptr;
+  check(skin, SkinStatus::kBadInfluences);
+  skin = good;
+  skin.influence_weights.data = nullptr;
+  check(skin, SkinStatus::kBadInfluences);
+
+  BodyRules rules;
+  rules.kept_joints.size = 1;
+  CHECK(bodies_from_skin(good, rules, &bodies) == SkinStatus::kBadRules);
+  std::vector<float> poses(14);
+  CHECK(link_poses(bodies, {nullptr, 32}, poses) == SkinStatus::kBadPoses);
+  CHECK(link_poses(bodies, good.poses, {nullptr, 14}) == SkinStatus::kBadOutput);
+}
+
 TEST_CASE("hulls about real skins hold 98 percent of the surface as they are, and all of it when inflated") {
   std::vector<std::string> files = models();
   if (tests::rounds(files.size()) < files.size()) {
