@@ -159,7 +159,9 @@ const char* to_string(Status status) noexcept {
 Bodies::Bodies(Bodies&& other) noexcept : storage_(std::exchange(other.storage_, nullptr)) {}
 
 Bodies& Bodies::operator=(Bodies&& other) noexcept {
-  std::swap(storage_, other.storage_);
+  if (this == &other) return *this;
+  delete storage_;
+  storage_ = std::exchange(other.storage_, nullptr);
   return *this;
 }
 

@@ -205,4 +205,17 @@ TEST_CASE("quaternions with a scale are refused, as frames refuse them") {
   CHECK(bodies_from_skeleton(desc, {}, &bodies) == rig::Status::kBadPoses);
 }
 
+TEST_CASE("bodies that were moved elsewhere are empty") {
+  const Person person;
+  Bodies bodies, other;
+  REQUIRE(bodies_from_skeleton(person.desc, {}, &bodies) == rig::Status::kOk);
+  REQUIRE(bodies_from_skeleton(person.desc, {}, &other) == rig::Status::kOk);
+  bodies = std::move(other);
+  CHECK(bodies.desc().leaves.size > 10);
+  CHECK(other.desc().leaves.size == 0);
+  Bodies& same = bodies;
+  bodies = std::move(same);
+  CHECK(bodies.desc().leaves.size > 10);
+}
+
 }  // namespace cab::tests
