@@ -135,8 +135,9 @@ Solid fit(LeafPlan& plan, const BodyRules& rules) {
   return fit_solid(plan.points, rules.kinds, rules.max_hull_vertices);
 }
 
-// Adds to the leaves what sticks out of them in any pose: whole triangles, each to the leaf that owns it.
-void inflate(const CheckedSkin& skin, const BodyRules& rules, std::vector<LeafPlan>& plans,
+// Adds to the leaves what sticks out of them in any pose: whole triangles, each to the leaf that owns it. False if that
+// is out of range.
+bool inflate(const CheckedSkin& skin, const BodyRules& rules, std::vector<LeafPlan>& plans,
              rig::SkinBodyStorage& storage) {
   std::vector<std::size_t> leaf_of(skin.triangles().size());
   for (std::size_t n = 0; n < plans.size(); ++n)
@@ -163,10 +164,14 @@ void inflate(const CheckedSkin& skin, const BodyRules& rules, std::vector<LeafPl
         has_grown[leaf_of[t]] = true;
         grows = true;
       }
-      for (std::size_t n = 0; n < plans.size(); ++n)
-        if (has_grown[n]) storage.solids[n].solid = fit(plans[n], rules);
+      for (std::size_t n = 0; n < plans.size(); ++n) {
+        if (!has_grown[n]) continue;
+        if (!are_in_range(plans[n].points)) return false;
+        storage.solids[n].solid = fit(plans[n], rules);
+      }
     }
   }
+  return true;
 }
 
 void describe(rig::SkinBodyStorage& storage) {
@@ -198,6 +203,7 @@ SkinStatus make_bodies(const rig::Skin& skin, const BodyRules& rules, rig::SkinB
   std::vector<LeafPlan> plans;
   for (LeafPlan& whole : own_triangles(checked, map, rest, static_cast<double>(rules.shared_weight), storage)) {
     if (whole.triangles.empty()) continue;
+    if (!are_in_range(corners_of(whole.triangles))) return SkinStatus::kBadVertices;
     for (LeafPlan& leaf : cut_leaves(std::move(whole), rules.leaves_per_link)) plans.push_back(std::move(leaf));
   }
   if (plans.size() > kMaxLeaves) return SkinStatus::kTooManyLeaves;
@@ -205,7 +211,7 @@ SkinStatus make_bodies(const rig::Skin& skin, const BodyRules& rules, rig::SkinB
     plan.points = corners_of(plan.triangles);
     storage.solids.push_back({plan.link, fit(plan, rules)});
   }
-  if (rules.inflate) inflate(checked, rules, plans, storage);
+  if (rules.inflate && !inflate(checked, rules, plans, storage)) return SkinStatus::kBadVertices;
   describe(storage);
   return SkinStatus::kOk;
 }
@@ -222,7 +228,8 @@ const char* to_string(SkinStatus status) noexcept {
     case SkinStatus::kBadJoints:
       return "joint_parents must hold -1 or an earlier joint for each joint, of which there is at least one";
     case SkinStatus::kBadPoses: return "poses must hold one finite matrix per joint, once or several times";
-    case SkinStatus::kBadVertices: return "vertices must hold x y z of at least one vertex, all finite";
+    case SkinStatus::kBadVertices:
+      return "vertices must hold x y z of at least one vertex, all finite and at most 1e18 in the link's frame";
     case SkinStatus::kBadTriangles: return "triangles must hold three indices of vertices each";
     case SkinStatus::kBadBones:
       return "inverse_bind and bone_joints must hold a finite matrix and an existing joint per bone";

@@ -192,6 +192,7 @@ double box_volume(const Box& box) {
   return 8.0 * static_cast<double>(box.half[0]) * static_cast<double>(box.half[1]) * static_cast<double>(box.half[2]);
 }
 
+// The box about vertices in range, for which only memory may be lacking.
 Box fitted_box(const std::vector<float>& vertices) {
   Box box;
   if (fit_box(vertices, &box) != Status::kOk) throw std::bad_alloc();
@@ -266,6 +267,13 @@ double gap(const Solid& solid, const Vec3& point) {
 
 }  // namespace
 
+bool are_in_range(const std::vector<Vec3>& points) {
+  return std::all_of(points.begin(), points.end(), [](const Vec3& point) {
+    return std::all_of(point.begin(), point.end(),
+                       [](double x) { return std::fabs(x) <= static_cast<double>(kMaxCoordinate); });
+  });
+}
+
 Solid fit_solid(const std::vector<Vec3>& points, std::uint32_t kinds, std::size_t max_hull_vertices) {
   const Hull full = convex_hull(points, points.size());
   const std::vector<Vec3>& outer = full.faces.empty() ? points : full.vertices;
@@ -278,8 +286,9 @@ Solid fit_solid(const std::vector<Vec3>& points, std::uint32_t kinds, std::size_
     if ((kinds & rig::kEllipsoidBody) != 0) choice.push_back(ellipsoid_about(outer));
     if ((kinds & rig::kHullBody) != 0) {
       Hull hull = enclosing_hull(outer, max_hull_vertices);
-      // Rounding to float may flatten a very thin hull.
-      choice.push_back(hull.faces.empty() ? boxed : hull_solid(std::move(hull)));
+      // Rounding to float may flatten a very thin hull, and a hull that grew may be out of range.
+      const bool is_hull = !hull.faces.empty() && are_in_range(hull.vertices);
+      choice.push_back(is_hull ? hull_solid(std::move(hull)) : boxed);
     }
   }
   Solid solid = *std::min_element(choice.begin(), choice.end(),

@@ -27,8 +27,12 @@ struct Solid {
   double radius = 0;
 };
 
-// The solid of the least volume among some kinds (rig::BodyKind) that contains all points, of which there is at least
-// one. Points in one plane get a flat box. Each solid is kMargin larger than it must be.
+// Whether no coordinate of points is beyond kMaxCoordinate.
+bool are_in_range(const std::vector<Vec3>& points);
+
+// The solid of the least volume among some kinds (rig::BodyKind) that contains all points, which are in range, and of
+// which there is at least one. Points in one plane get a flat box. Each solid is kMargin larger than it must be, so it
+// may be out of range.
 // Throws std::bad_alloc.
 Solid fit_solid(const std::vector<Vec3>& points, std::uint32_t kinds, std::size_t max_hull_vertices);
 

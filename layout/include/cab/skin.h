@@ -23,7 +23,7 @@ enum class SkinStatus : std::int32_t {
   kOutOfMemory,    // an allocation failed
   kBadJoints,      // joint_parents must hold -1 or an earlier joint for each joint, of which there is at least one
   kBadPoses,       // poses must hold one finite matrix per joint, once or several times
-  kBadVertices,    // vertices must hold x y z of at least one vertex, all finite
+  kBadVertices,    // vertices must hold x y z of at least one vertex, all finite and at most 1e18 in the link's frame
   kBadTriangles,   // triangles must hold three indices of vertices each
   kBadBones,       // inverse_bind and bone_joints must hold a finite matrix and an existing joint per bone
   kBadInfluences,  // influences must be existing bones with finite weights of 0 or more, influence_count per vertex
@@ -50,7 +50,7 @@ struct Skin {
   // rest pose, in which bodies are made. Coverage is measured in all of them, and BodyRules::inflate uses all.
   Span<const float> poses;
 
-  // x y z per vertex, in the mesh's own space.
+  // x y z per vertex, in the mesh's own space. In the frame of a link that it moves with, a coordinate is at most 1e18.
   Span<const float> vertices;
 
   // Three indices of vertices per triangle, counter-clockwise from outside. Empty (default): bodies and coverage are

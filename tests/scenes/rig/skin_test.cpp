@@ -368,6 +368,50 @@ TEST_CASE("arrays that are null but not empty are refused") {
   CHECK(link_poses(bodies, good.poses, {nullptr, 14}) == SkinStatus::kBadOutput);
 }
 
+TEST_CASE("coordinates beyond 1e18 are bad vertices") {
+  const std::uint32_t every = kHullBody | kBoxBody | kCapsuleBody | kSphereBody | kEllipsoidBody;
+  for (const std::uint32_t kinds : {std::uint32_t{kHullBody}, std::uint32_t{kBoxBody}, std::uint32_t{kCapsuleBody},
+                                    std::uint32_t{kSphereBody}, std::uint32_t{kEllipsoidBody}, every}) {
+    for (const float size : {1e-44f, 1e-30f, 1e17f, 9e17f, 9.9999e17f, 1.0001e18f, 2e18f, 1e25f, 1e38f}) {
+      CAPTURE(kinds);
+      CAPTURE(size);
+      // A cube, and its middle at the joint.
+      Arm arm;
+      arm.triangles.resize(36);
+      for (std::size_t i = 0; i < 24; ++i) {
+        const float at = arm.vertices[i];
+        arm.vertices[i] = (i % 3 == 2 ? at > 3 : at > 0) ? size : -size;
+      }
+      BodyRules rules;
+      rules.kinds = kinds;
+      SkinBodies bodies;
+      const SkinStatus status = bodies_from_skin(arm.skin(), rules, &bodies);
+      if (size <= 1e17f) CHECK(status == SkinStatus::kOk);
+      if (status != SkinStatus::kOk) CHECK(status == SkinStatus::kBadVertices);
+      SkinBodies surface;
+      const SkinStatus of_surface = surface_from_skin(arm.skin(), {}, &surface);
+      if (size > kMaxCoordinate) {
+        CHECK(status == SkinStatus::kBadVertices);
+        CHECK(of_surface == SkinStatus::kBadVertices);
+      }
+      if (of_surface == SkinStatus::kOk) check_accepted(surface);
+    }
+  }
+}
+
+TEST_CASE("bodies that grow beyond 1e18 in another pose are refused") {
+  // A box between two joints, which come apart in the second pose.
+  Arm arm;
+  for (std::size_t v = 4; v < 8; ++v) arm.bones[v] = 1;
+  std::vector<float> apart = Arm::matrix(1, 0);
+  Arm::append(apart, Arm::matrix(1, 3e18f));
+  Arm::append(arm.poses, apart);
+  BodyRules rules;
+  rules.inflate = true;
+  SkinBodies bodies;
+  CHECK(bodies_from_skin(arm.skin(), rules, &bodies) == SkinStatus::kBadVertices);
+}
+
 TEST_CASE("hulls about real skins hold 98 percent of the surface as they are, and all of it when inflated") {
   std::vector<std::string> files = models();
   if (tests::rounds(files.size()) < files.size()) {
