@@ -3,6 +3,7 @@
 #include "scenes/affine.h"
 #include "scenes/rig/desc_of.h"
 #include "scenes/rig/leaf_box.h"
+#include "scenes/rig/leaf_range.h"
 #include "scenes/rig/skeleton_bodies.h"
 
 #include <cab/rig.h>
@@ -131,6 +132,7 @@ Status make_bodies(const SkeletonDesc& skeleton, const SkeletonOptions& options,
     const std::vector<ConvexPart>& parts = storage->parts[l];
     storage->leaves[l].box = leaf_box(parts);
     storage->leaves[l].parts = parts;
+    if (!is_in_range(storage->leaves[l])) return Status::kBadSize;
   }
   storage->ignored_pairs = adjacent_joints(guess);
   *bodies = Bodies(storage.release());
@@ -149,7 +151,8 @@ const char* to_string(Status status) noexcept {
     case Status::kBadNames: return "names must be empty or hold one string per joint";
     case Status::kBadPoses:
       return "poses needs data of a known format, a valid stride, at least one pose, and rigid, finite values";
-    case Status::kBadSize: return "stature must be finite and 0 or more, thickness finite and above 0";
+    case Status::kBadSize:
+      return "stature must be finite and 0 or more, thickness finite and above 0, sizes above 0 and up to 1e18";
     case Status::kNothingToCover: return "no two joints are apart, so there is nothing to make bodies of";
     case Status::kBadOutput: return "bodies is null";
   }

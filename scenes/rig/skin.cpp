@@ -7,6 +7,7 @@
 #include <new>
 
 #include "scenes/rig/desc_of.h"
+#include "scenes/rig/leaf_range.h"
 #include "scenes/rig/posed_skin.h"
 #include "scenes/rig/skin_links.h"
 
@@ -213,7 +214,8 @@ SkinStatus make_bodies(const rig::Skin& skin, const BodyRules& rules, rig::SkinB
   }
   if (rules.inflate && !inflate(checked, rules, plans, storage)) return SkinStatus::kBadVertices;
   describe(storage);
-  return SkinStatus::kOk;
+  const bool fits = std::all_of(storage.leaves.begin(), storage.leaves.end(), is_in_range);
+  return fits ? SkinStatus::kOk : SkinStatus::kBadVertices;
 }
 
 }  // namespace

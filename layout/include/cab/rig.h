@@ -14,7 +14,7 @@ enum class Status : std::int32_t {
   kBadParents,      // parents must be -1 for the first joint, and -1 or an earlier joint for every other
   kBadNames,        // names must be empty or hold one string per joint
   kBadPoses,        // poses needs data of a known format, a valid stride, at least one pose, and rigid, finite values
-  kBadSize,         // stature must be finite and 0 or more, thickness finite and above 0
+  kBadSize,         // stature must be finite and 0 or more, thickness finite and above 0, sizes above 0 and up to 1e18
   kNothingToCover,  // no two joints are apart, so there is nothing to make bodies of
   kBadOutput,       // bodies is null
 };

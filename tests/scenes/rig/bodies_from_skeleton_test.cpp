@@ -205,6 +205,39 @@ TEST_CASE("quaternions with a scale are refused, as frames refuse them") {
   CHECK(bodies_from_skeleton(desc, {}, &bodies) == rig::Status::kBadPoses);
 }
 
+TEST_CASE("an engine takes all bodies of any size, and sizes that it does not take are refused") {
+  Engine* engine = nullptr;
+  REQUIRE(create_engine({}, &engine) == Status::kOk);
+  int made = 0, refused = 0;
+  for (const float unit : {1e-40f, 1e-25f, 1e-10f, 1.0f, 1e10f, 1e17f}) {
+    Person person;
+    for (std::size_t j = 0; j < person.names.size(); ++j)
+      for (std::size_t k = 4; k < 7; ++k) person.poses[7 * j + k] *= unit / 2;  // the figure is 1.8 high
+    for (const float stature : {0.0f, 1e-30f, 1.0f, 1e30f}) {
+      for (const float thickness : {1e-40f, 1e-30f, 1e-6f, 1.0f, 1e6f, 1e30f}) {
+        CAPTURE(unit);
+        CAPTURE(stature);
+        CAPTURE(thickness);
+        Bodies bodies;
+        const rig::Status status = bodies_from_skeleton(person.desc, {stature, thickness}, &bodies);
+        if (status == rig::Status::kOk) {
+          ArticulationId id;
+          CHECK(add_articulation(*engine, bodies.desc(), &id) == Status::kOk);
+          ++made;
+        } else {
+          CHECK(status == rig::Status::kBadSize);
+          ++refused;
+        }
+        const bool is_plain = stature == 0 && thickness == 1;
+        if (is_plain) CHECK(status == rig::Status::kOk);
+      }
+    }
+  }
+  CHECK(made > 40);
+  CHECK(refused > 40);
+  destroy_engine(engine);
+}
+
 TEST_CASE("bodies that were moved elsewhere are empty") {
   const Person person;
   Bodies bodies, other;
