@@ -34,6 +34,15 @@ Quat rotation_of(const ConvexPart& part) {
   return normalized({part.rotation[0], part.rotation[1], part.rotation[2], part.rotation[3]});
 }
 
+// How far rounding to float moves a point of the link's frame, at most, among points: half a step of a float in each
+// coordinate, and so less than a step of the largest.
+double rounding_of(const std::vector<Vec3>& points) {
+  double largest = 0;
+  for (const Vec3& point : points)
+    for (const double x : point) largest = std::max(largest, std::fabs(x));
+  return 0x1p-23 * largest;
+}
+
 // The largest distance from a centre to points.
 double reach(const std::vector<Vec3>& points, const Vec3& centre) {
   double radius = 0;
@@ -118,7 +127,8 @@ Solid capsule_along(const std::vector<Vec3>& points, const Quat& rotation) {
   Solid solid;
   solid.part.kind = ShapeKind::kCapsule;
   set_frame(solid.part, rotate(rotation, {centre[0], centre[1], .5 * (high + low)}), rotation);
-  solid.part.size[0] = grown(radius + kMargin * half);
+  // What grows by kMargin anyway covers the rounding of the position, unless the link's origin is far away.
+  solid.part.size[0] = grown(radius + std::max(kMargin * half, rounding_of(points) - kMargin * radius));
   solid.part.size[1] = grown(half);
   const double r = solid.part.size[0], h = solid.part.size[1];
   solid.box = box_about(solid.part, {r, r, h + r});
@@ -211,8 +221,9 @@ Solid box_solid(const std::vector<Vec3>& points) {
   Solid solid;
   solid.box = fitted_box(flattened(points));
   const double longest = std::max({solid.box.half[0], solid.box.half[1], solid.box.half[2]});
+  const double margin = std::max(kMargin * longest, rounding_of(points));
   for (float& half : solid.box.half)
-    if (half > 0) half = grown(half + kMargin * longest);
+    if (half > 0) half = grown(half + margin);
   solid.volume = box_volume(solid.box);
   return solid;
 }

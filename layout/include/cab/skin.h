@@ -142,7 +142,8 @@ class SkinBodies {
 };
 
 // Makes links and leaves for a skin, and writes them to *out. A leaf contains the triangles of its link as they are in
-// the rest pose. Points in one plane make a flat box, whatever the kinds are.
+// the rest pose. Hulls and flat boxes far from their joint may leave out what rounding to float takes from them: up to
+// 2^-23 of their largest coordinate in the link's frame. Points in one plane make a flat box, whatever the kinds are.
 // Statuses: those of SkinStatus down to kTooManyLeaves, but for kBadBodies. kBadVertices also if a body reaches beyond
 // 1e18 in the link's frame, which add_articulation does not take.
 [[nodiscard]] SkinStatus bodies_from_skin(const Skin& skin, const BodyRules& rules, SkinBodies* out) noexcept;

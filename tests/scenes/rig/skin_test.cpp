@@ -3,6 +3,7 @@
 #include <cab/skin.h>
 
 #include "scenes/import/import.h"
+#include "scenes/random.h"
 
 #include "tests/rounds.h"
 
@@ -23,6 +24,8 @@ using namespace cab::rig;
 // Share of a volume that is counted on a grid, whose lines may or may not hit a layer along a face of a box. Worst
 // measured 0.077, for a box 15.6 cells wide.
 constexpr double kVolumeTolerance = .09;
+// How far hulls may leave out their mesh, as a share of the largest coordinate: as skin.h says. Worst measured 2.4e-8.
+constexpr double kHullRounding = 0x1p-23;
 
 // Two boxes 2 x 2 x 6 along z, each moved by one joint; the second joint is at z = 6.
 struct Arm {
@@ -411,6 +414,37 @@ TEST_CASE("bodies that grow beyond 1e18 in another pose are refused") {
   rules.inflate = true;
   SkinBodies bodies;
   CHECK(bodies_from_skin(arm.skin(), rules, &bodies) == SkinStatus::kBadVertices);
+}
+
+TEST_CASE("bodies contain their mesh however far from the joint, hulls to the rounding of their vertices") {
+  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+    for (const float away : {0.0f, 10.0f, 1e3f, 1e5f}) {
+      CAPTURE(seed);
+      CAPTURE(away);
+      // Triangles between random points of a cube. The joint is turned, so that no coordinate is a float in its frame.
+      scenes::Random random(seed);
+      Arm arm;
+      arm.bones.assign(60, 0);
+      arm.weights.assign(60, 1);
+      arm.vertices.clear();
+      arm.triangles.clear();
+      for (int v = 0; v < 60; ++v)
+        for (const float middle : {away, 0.0f, away / 2})
+          arm.vertices.push_back(middle + static_cast<float>(random.uniform(-1, 1)));
+      for (int corner = 0; corner < 180; ++corner) arm.triangles.push_back(random.index(60));
+      const std::array<float, 16> turned = {.6f, .8f, 0, 0, -.8f, .6f, 0, 0, 0, 0, 1, 0, .1f, .2f, .3f, 1};
+      std::copy(turned.begin(), turned.end(), arm.poses.begin());
+      for (const std::uint32_t kinds : {kHullBody, kBoxBody, kCapsuleBody, kSphereBody, kEllipsoidBody}) {
+        CAPTURE(kinds);
+        BodyRules rules;
+        rules.kinds = kinds;
+        const SkinBodies bodies = bodies_of(arm.skin(), rules);
+        check_accepted(bodies);
+        const double out = coverage_of(arm.skin(), bodies).worst_protrusion;
+        CHECK(out <= (kinds == kHullBody ? kHullRounding * static_cast<double>(away) : 0));
+      }
+    }
+  }
 }
 
 TEST_CASE("hulls about real skins hold 98 percent of the surface as they are, and all of it when inflated") {
