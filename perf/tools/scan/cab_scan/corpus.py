@@ -47,7 +47,9 @@ class Entry(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The files, in order and each once; what was not found; what the files cab-scan.csv say; and all that is read."""
+    """The files, in order, each once by its options; what was not found; what is said of options and of lines that
+    repeat others; and all that is read.
+    """
 
     entries: List[Entry]
     problems: List[str]
@@ -65,6 +67,7 @@ def find(
     """
     entries: List[Entry] = []
     problems: List[str] = []
+    notes: List[str] = []
     folders = _FolderFiles()
     for path in paths:
         files = list(_files_of(path, frozenset(suffixes)))
@@ -73,14 +76,35 @@ def find(
         for file, top in files:
             read = folders.options_of(os.path.abspath(file), _higher(os.path.abspath(top), root, file), options)
             entries.append(Entry(_source(file, root, read), None, ""))
+    unique = {_names(entry): entry for entry in reversed(entries)}  # a file of several paths is read as by the first
+    known = {_key(entry) for entry in unique.values()}
+    listed: List[Entry] = []
     for name in lists:
-        entries.extend(_read_list(name, root, options))
-    unique: Dict[Tuple[str, str, str], Entry] = {}
-    for entry in entries:
-        unique.setdefault((entry.source.name, entry.other.name if entry.other else "", entry.part), entry)
-    sources = [source for entry in entries for source in (entry.source, entry.other) if source]
+        repeated = []
+        for entry in _read_list(name, root, options):
+            if _key(entry) in known:
+                repeated.append(entry.source.name)
+            else:
+                listed.append(entry)
+            known.add(_key(entry))
+        if repeated:
+            lines = "1 line repeats" if len(repeated) == 1 else f"{len(repeated)} lines repeat"
+            notes.append(f"{name}: {lines} what is named before; the first is of {repeated[0]}")
+    sources = [source for entry in (*entries, *listed) for source in (entry.source, entry.other) if source]
     read_files = [path for source in sources for path in (source.path, source.options.motion) if path]
-    return Found([unique[key] for key in sorted(unique)], problems, folders.notes(), [*read_files, *folders.files()])
+    return Found(
+        sorted([*unique.values(), *listed], key=_names), problems, [*folders.notes(), *notes],
+        [*read_files, *folders.files()],
+    )
+
+
+def _names(entry: Entry) -> Tuple[str, str, str]:
+    return entry.source.name, entry.other.name if entry.other else "", entry.part
+
+
+def _key(entry: Entry) -> Tuple[object, ...]:
+    # What the table tells apart: lines of one file may have other options.
+    return (*_names(entry), entry.source.options, entry.other.options if entry.other else None)
 
 
 def _higher(top: str, root: str, file: str) -> str:
@@ -379,5 +403,6 @@ def pair_up(entries: Sequence[Entry], pattern: str) -> List[Entry]:
         Entry(one.source, two.source, one.part)
         for scene in scenes.values()
         for one, two in itertools.combinations(scene, 2)
+        if one.source.name != two.source.name  # a list may have a file with several options
     ]
     return sorted(pairs, key=lambda entry: (entry.source.name, entry.other.name if entry.other else ""))

@@ -126,6 +126,35 @@ def test_options_come_from_the_command_line_folders_and_lists(scan, quick):
     assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
 
 
+def test_lines_of_a_list_with_other_options_are_rows_of_their_own(scan, quick):
+    write_corpus(scan.folder / "corpus", 2)
+    one, two = "corpus/left/clip0001.bvh", "corpus/right/clip0000.bvh"
+    lines = [f"{one},1", f"{two},1", f"{one},2", f"{one},1.0", f"{two},", f"{two},1"]
+    (scan.folder / "list.csv").write_text("\n".join(["path,units", *lines]))
+    outcome = quick("self", "--list", "list.csv")
+    assert outcome.code == 0
+    assert [(row["file"], row["options"]) for row in scan.rows(rest="WHERE hits > 0")] == [
+        (one, '{"units": 1.0}'), (one, '{"units": 2.0}'), (two, '{"units": 1.0}'), (two, "{}"),
+    ]
+    assert f"cab scan: list.csv: 2 lines repeat what is named before; the first is of {one}\n" in outcome.error
+    lines = [f"{one},{two},{units}" for units in (1, 2, 2)]
+    (scan.folder / "pairs.csv").write_text("\n".join(["path,other,other_units", *lines]))
+    outcome = quick("pairs", "--list", "pairs.csv", "--table", "pairs.sqlite")
+    assert f"cab scan: pairs.csv: 1 line repeats what is named before; the first is of {one}\n" in outcome.error
+    assert len(scan.rows(table="pairs.sqlite")) == 2
+    # No file is paired with itself.
+    for name, units in (("take_a.bvh", 1), ("take_a.bvh", 2), ("take_b.bvh", 1)):
+        (scan.folder / name).write_text(arm_bvh([3 * frame % 130 for frame in range(20)]))
+        lines.append(f"{name},,{units}")
+    (scan.folder / "takes.csv").write_text("path,other,units\n" + "\n".join(lines[3:]))
+    assert quick("pairs", "--list", "takes.csv", "--pattern", "take_(.)", "--table", "takes.sqlite").code == 0
+    there = [(row["file"], row["other"]) for row in scan.rows(table="takes.sqlite")]
+    assert there == [("take_a.bvh", "take_b.bvh")] * 2
+    # A file that several paths name is one.
+    assert "repeat" not in quick("self", "corpus", one, "corpus/*/*", "--table", "paths.sqlite").error
+    assert len(scan.rows(table="paths.sqlite")) == 2
+
+
 def larger(text, factor):
     """A BVH text with other lengths."""
     lines = text.splitlines()

@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 
 import pytest
+from cab_scan import tasks
 
 from conftest import data_folder, long
 
@@ -133,6 +134,28 @@ def test_given_pairs_are_masked_and_bad_robots_told(scan, quick):
     outcome = quick("robot", "bad.urdf", "arm.urdf", "--states", 100, "--samples", 100, "--table", "bad.sqlite")
     assert outcome.code == 1 and "bad.urdf: line 3" in outcome.error
     assert [row["outcome"] for row in scan.rows(table="bad.sqlite")] == ["done", "done", "bad"]
+
+
+def given_by(scan, *words):
+    """All items that a scan of robots gives to workers."""
+    items = []
+
+    class Workers:
+        def dispatch(self, given, finished):
+            items.extend(given)
+            for item in given:
+                finished(tasks.run_items([item], str(scan.folder)).rows)
+
+    outcome = scan.here("robot", *words, "--states", 100, "--samples", 100, workers=Workers())
+    assert outcome.code == 0, outcome.error
+    return items
+
+
+def test_a_robot_that_is_listed_twice_is_scanned_once(scan):
+    write_arm(scan.folder / "arm.urdf")
+    (scan.folder / "list.csv").write_text("path,units,part\narm.urdf,1,\narm.urdf,2,\narm.urdf,,a\n")
+    (item,) = [item for item in given_by(scan, "--list", "list.csv") if item.what == "robot states"]
+    assert item.source.name == "arm.urdf"
 
 
 @pytest.mark.skipif(data_folder() is None, reason="CAB_DATA_DIR names no folder")
