@@ -62,8 +62,8 @@ def find(
 ) -> Found:
     """All files of folders (and those below), globs, names and list files. Names in the table are relative to a root.
 
-    A file of a folder has the options of the files cab-scan.csv above it, up to PATH or the root; a list has those of
-    its columns.
+    A file has the options of the files cab-scan.csv above it, up to PATH, the list's folder or the root; those of the
+    columns of a list win.
     """
     entries: List[Entry] = []
     problems: List[str] = []
@@ -74,14 +74,14 @@ def find(
         if not files:
             problems.append(f"{path}: {_why_nothing(path)}")
         for file, top in files:
-            read = folders.options_of(os.path.abspath(file), _higher(os.path.abspath(top), root, file), options)
+            read = folders.options_of(file, top, root, options)
             entries.append(Entry(_source(file, root, read), None, ""))
     unique = {_names(entry): entry for entry in reversed(entries)}  # a file of several paths is read as by the first
     known = {_key(entry) for entry in unique.values()}
     listed: List[Entry] = []
     for name in lists:
         repeated = []
-        for entry in _read_list(name, root, options):
+        for entry in _read_list(name, root, options, folders):
             if _key(entry) in known:
                 repeated.append(entry.source.name)
             else:
@@ -107,11 +107,9 @@ def _key(entry: Entry) -> Tuple[object, ...]:
     return (*_names(entry), entry.source.options, entry.other.options if entry.other else None)
 
 
-def _higher(top: str, root: str, file: str) -> str:
-    # The root, if the file is below it and it is above the top.
-    if root and os.path.commonpath([root, os.path.abspath(file)]) == root and len(root) < len(top):
-        return root
-    return top
+def _is_below(folder: str, file: str) -> bool:
+    place = os.path.abspath(folder)
+    return os.path.commonpath([place, os.path.abspath(file)]) == place
 
 
 def _why_nothing(path: str) -> str:
@@ -243,22 +241,28 @@ def _text_of(path: str, most: int) -> str:
         raise CorpusError(f"{path}: {error.strerror}") from error
 
 
-def _read_list(path: str, root: str, options: FileOptions) -> Iterator[Entry]:
+def _read_list(path: str, root: str, options: FileOptions, folders: "_FolderFiles") -> Iterator[Entry]:
     # Either a path per line, or CSV. Paths start at the folder of the list.
     folder = os.path.dirname(path)
+
+    def source(name: str, values: Dict[str, str]) -> Source:
+        file = os.path.join(folder, name)
+        top = folder if _is_below(folder, file) else os.path.dirname(file)
+        return _source(file, root, with_options(folders.options_of(file, top, root, options), values, folder))
+
     for line in _lines_of_list(path):
+        values = line.values
+        other, other_units = values.get("other", ""), values.get("other_units", "")
         try:
-            read = with_options(options, line.values, folder)
-            other = line.values.get("other", "")
-            other_units = line.values.get("other_units", "")
-            other_options = dataclasses.replace(read, units=_unit(other_units)) if other_units else read
+            yield Entry(
+                source(values["path"], values),
+                source(other, {**values, "units": other_units or values.get("units", "")}) if other else None,
+                values.get("part", ""),
+            )
+        except CorpusError:
+            raise
         except ValueError as error:
             raise CorpusError(f"{path}: line {line.number}: {error}") from error
-        yield Entry(
-            _source(os.path.join(folder, line.values["path"]), root, read),
-            _source(os.path.join(folder, other), root, other_options) if other else None,
-            line.values.get("part", ""),
-        )
 
 
 def _lines_of_list(path: str) -> List[_Line]:
@@ -312,10 +316,13 @@ class _FolderFiles:
         self._owners: Dict[str, Set[int]] = {}  # by their names; none of a file that is not there
         self._read: Dict[str, _FolderFile] = {}
         self._left: Dict[str, str] = {}  # by their names, why they do not count
-        self._used: Dict[Tuple[str, int, str], int] = {}  # by name, line and what it sets: for how many files
+        self._used: Dict[Tuple[str, int, str], Set[str]] = {}  # by name, line and what it sets: for which files
 
-    def options_of(self, path: str, top: str, options: FileOptions) -> FileOptions:
-        """Of a file with an absolute path. The nearest folder has the last word, in each the last line that matches."""
+    def options_of(self, file: str, top: str, root: str, options: FileOptions) -> FileOptions:
+        """Of a file below a folder `top`. The nearest folder has the last word, in each the last line that matches."""
+        path, top = os.path.abspath(file), os.path.abspath(top)
+        if root and len(root) < len(top) and _is_below(root, path):
+            top = root
         for place in reversed(_folders_above(path)):
             where = os.path.join(place, FOLDER_FILE)
             if not self._counts(where, len(place) < len(top), path):
@@ -323,14 +330,14 @@ class _FolderFiles:
             if where not in self._read:
                 self._read[where] = _FolderFile(where)
             for line in self._read[where].lines_of(os.path.relpath(path, place)):
-                options = self._changed(where, line, place, options)
+                options = self._changed(where, line, path, options)
         return options
 
     def _counts(self, where: str, is_above: bool, path: str) -> bool:
         if where not in self._owners:
             try:
                 self._owners[where] = {os.lstat(where).st_uid, os.stat(where).st_uid}
-            except OSError:
+            except (OSError, ValueError):
                 self._owners[where] = set()
         owners = self._owners[where]
         if is_above and owners:
@@ -341,25 +348,25 @@ class _FolderFiles:
             return bool(owners)
         return False
 
-    def _changed(self, where: str, line: _Line, place: str, options: FileOptions) -> FileOptions:
+    def _changed(self, where: str, line: _Line, path: str, options: FileOptions) -> FileOptions:
         values = {name: text for name, text in line.values.items() if text and name != "path"}
         try:
             motion = os.path.normpath(values.get("motion", ""))
             if os.path.isabs(motion) or motion.split(os.sep)[0] == os.pardir:
                 raise ValueError("motion must be below the folder of this file; a --list may name any")
-            options = with_options(options, values, place)
+            options = with_options(options, values, os.path.dirname(where))
         except ValueError as error:
             raise CorpusError(f"{where}: line {line.number}: {error}") from error
         if values:
             key = (where, line.number, ", ".join(f"{name}={text}" for name, text in values.items()))
-            self._used[key] = self._used.get(key, 0) + 1
+            self._used.setdefault(key, set()).add(path)
         return options
 
     def notes(self) -> List[str]:
         """A line for each line that set something, and for each file that does not count."""
         used = [
-            f"{where}: line {line} sets {what} for {count} file{'' if count == 1 else 's'}"
-            for (where, line, what), count in sorted(self._used.items())
+            f"{where}: line {line} sets {what} for {len(files)} file{'' if len(files) == 1 else 's'}"
+            for (where, line, what), files in sorted(self._used.items())
         ]
         return used + [f"{where} is not read: {why}" for where, why in sorted(self._left.items())]
 

@@ -123,7 +123,7 @@ def test_options_come_from_the_command_line_folders_and_lists(scan, quick):
     ]
     (scan.folder / "list.csv").write_text("path,units\ncorpus/left/clip0001.bvh,7\ncorpus/left/clip0003.bvh,\n")
     assert quick("self", "--list", "list.csv", "--units", "5", "--table", "listed.sqlite").code == 0
-    assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 5.0}']
+    assert [row["options"] for row in scan.rows("options", "listed.sqlite")] == ['{"units": 7.0}', '{"units": 3.0}']
 
 
 def test_lines_of_a_list_with_other_options_are_rows_of_their_own(scan, quick):

@@ -493,6 +493,41 @@ def test_options_of_folders_are_told_and_come_from_below_what_is_named(tmp_path,
         find("corpus")
 
 
+def test_options_of_folders_are_those_of_listed_files_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_corpus(tmp_path / "corpus", 2)
+    write_corpus(tmp_path / "other", 1)
+    for folder, units in ((".", 5), ("corpus", 2), ("corpus/left", 3), ("other/right", 4), ("other", 6)):
+        (tmp_path / folder / "cab-scan.csv").write_text(f"path,units\n*,{units}\n")
+    files = ["left/clip0001.bvh", "right/clip0000.bvh", "../other/right/clip0000.bvh", "gone/x.bvh", "g\0ne/x.bvh"]
+    (tmp_path / "corpus/list.txt").write_text("\n".join(files))
+
+    def find(name, root=""):
+        return corpus.find([], [name], root and str(tmp_path / root), work.FileOptions(), ())
+
+    found = find("corpus/list.txt")
+    assert [entry.source.options.units for entry in found.entries] == [2, 2, 3, 2, 4]
+    left = "is not read: it is above what is scanned; with --root at its folder it counts"
+    assert found.notes == [
+        f"{tmp_path}/corpus/cab-scan.csv: line 2 sets units=2 for 4 files",
+        f"{tmp_path}/corpus/left/cab-scan.csv: line 2 sets units=3 for 1 file",
+        f"{tmp_path}/other/right/cab-scan.csv: line 2 sets units=4 for 1 file",
+        f"{tmp_path}/cab-scan.csv {left}", f"{tmp_path}/other/cab-scan.csv {left}",
+    ]
+    assert str(tmp_path / "corpus/cab-scan.csv") in found.read
+    assert [entry.source.options.units for entry in find("corpus/list.txt", "other").entries] == [2, 2, 3, 2, 4]
+    (tmp_path / "corpus/cab-scan.csv").unlink()
+    assert [entry.source.options.units for entry in find("corpus/list.txt", ".").entries] == [5, 5, 3, 5, 4]
+    # Columns win, and those of a line are of both its files.
+    (tmp_path / "corpus/list.csv").write_text(
+        f"path,other,units,other_units,fps\n{files[0]},{files[1]},,,60\n{files[0]},{files[2]},7,,\n"
+        f"{files[0]},{files[2]},,8,\n"
+    )
+    pairs = find("corpus/list.csv", ".").entries
+    assert [(pair.source.options.units, pair.other.options.units) for pair in pairs] == [(3, 5), (7, 7), (3, 8)]
+    assert {pair.other.options.fps for pair in pairs} == {0, 60}
+
+
 def test_options_of_folders_match_as_fnmatch_does_and_the_last_line_counts(tmp_path):
     names = ["a.bvh", "A.bvh", "b[1].bvh", "c/a.bvh", "c/1!.bvh", "c/-.bvh", "é.bvh"]
     for name in names:
