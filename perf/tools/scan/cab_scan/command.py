@@ -15,7 +15,7 @@ from .printable import tell
 from .recordings import RECORDED
 from .sequences import LoaderError, loader_sha256
 from .table import Table, TableError, reserved
-from .work import PAIRS, RECORDING, SELF, ClusterError, Dispatch, TestOptions
+from .work import PAIRS, RECORDING, SELF, ClusterError, Dispatch, Key, TestOptions
 
 
 def run(words: Optional[Sequence[str]]) -> int:
@@ -62,16 +62,17 @@ def _scan(chosen: argparse.Namespace) -> int:
     outputs.check(chosen.table, written, [*found.read, *chosen.lists, *_given_files(chosen)])
     stopping.raise_from_now_on()
     with contextlib.closing(Table(chosen.table)) as table:
+        keys: List[Key] = []
         if chosen.what == "robot":
             (text,) = _policies(chosen, has_surface=False)
             scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], text, table)
             with _workers(chosen) as dispatch:
                 scan.run(dispatch)
         else:
-            _scan_files(chosen, entries, table)
+            keys = _scan_files(chosen, entries, table)
         if written:
             export.write_csv_files(table, written)
-        has_errors = summary.tell(table, written, chosen.what)
+        has_errors = summary.tell(table, written, chosen.what, keys)
     return 1 if has_errors or found.problems else 0
 
 
@@ -120,7 +121,8 @@ def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.E
     return named + (corpus.pair_up(rest, pattern) if pattern else [])
 
 
-def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], table: Table) -> None:
+def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], table: Table) -> List[Key]:
+    """Until all work is in the table. Returns its keys."""
     if chosen.what == "recordings":
         what, texts = RECORDING, dict.fromkeys((False, True), [RECORDED])
         test = TestOptions(intervals=not chosen.no_contacts, command=os.environ.get("CAB_COMMAND", ""))
@@ -133,7 +135,9 @@ def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], tab
     items = plan.make_items(entries, what, [texts[entry.has_surface] for entry in entries], test, table, chosen.again)
     with _workers(chosen) as dispatch:
         dispatch(items, table.add)
-    summary.tell_unnamed(table, [item.key(text) for item in items for text in item.policies])
+    keys = [item.key(text) for item in items for text in item.policies]
+    summary.tell_unnamed(table, keys)
+    return keys
 
 
 @contextlib.contextmanager

@@ -13,8 +13,11 @@ _MOST_TOLD = 20
 _MOST_WORST = 10
 
 
-def tell(table: Table, written: Sequence[str], what: str) -> bool:
-    """Prints what the table has, and errors on standard error. Returns whether there are errors."""
+def tell(table: Table, written: Sequence[str], what: str, keys: Sequence[Key] = ()) -> bool:
+    """Prints what the table has, and errors on standard error. Returns whether there are errors.
+
+    keys  the work of this scan: policies are compared over it alone, so that each has the same files
+    """
     errors = 0
     for file, part, error in table.rows(("file", "part", "error"), "outcome <> ?", (DONE,)):
         errors += 1
@@ -36,7 +39,7 @@ def tell(table: Table, written: Sequence[str], what: str) -> bool:
     _print_lines(lines)
     if what == "policies":
         print()
-        _print_policies(table)
+        _print_policies(table, keys)
     elif what == "robot" or table.robot_totals():
         print()
         _print_robots(table)
@@ -81,9 +84,9 @@ def _print_worst(table: Table) -> None:
     _print_lines(lines)
 
 
-def _print_policies(table: Table) -> None:
+def _print_policies(table: Table, keys: Sequence[Key]) -> None:
     lines: List[Sequence[str]] = [("policies", "ms", "box tests", "exact tests", "false positives", "hits")]
-    for policies, seconds, *counts in table.policy_totals():
+    for policies, seconds, *counts in table.policy_totals(keys):
         lines.append((policies, f"{1000 * seconds:.1f}", *(str(count) for count in counts)))
     _print_lines(lines)
 

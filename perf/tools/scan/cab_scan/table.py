@@ -12,7 +12,7 @@ import stat
 from typing import Any, ContextManager, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
 
 from . import stopping
-from .work import BAD, DONE, SAMPLES, SELF, STATES, Key, LinkPair, Row
+from .work import BAD, DONE, SAMPLES, STATES, Key, LinkPair, Row
 
 # It changes with the columns below, and with a default of an option: `options` names only what is not the default.
 _FORMAT = 5
@@ -228,14 +228,17 @@ class Table:
             ).fetchone()
         return Totals(*(int(value) for value in row[:4]), *row[4:])
 
-    def policy_totals(self) -> List[Tuple[Any, ...]]:
-        """By policies: seconds of tests, box tests, exact tests, false positives and hits of all rows with numbers."""
-        with self._told():
-            return self._base.execute(
-                "SELECT policies, total(engine_seconds), sum(box_tests), sum(exact_tests), sum(false_positives), "
-                "sum(hits) FROM work WHERE outcome = ? AND what = ? GROUP BY policies ORDER BY policies",
-                (DONE, SELF),
-            ).fetchall()
+    def policy_totals(self, keys: Iterable[Key]) -> List[Tuple[Any, ...]]:
+        """By policies: seconds of tests, box tests, exact tests, false positives and hits of rows of these keys."""
+        named = set(keys)
+        sums: Dict[str, Tuple[Any, ...]] = {}
+        columns = (*KEY_COLUMNS, "engine_seconds", "box_tests", "exact_tests", "false_positives", "hits")
+        for row in self.rows(columns, "outcome = ?", (DONE,)):
+            key, counts = Key(*row[:len(KEY_COLUMNS)]), row[len(KEY_COLUMNS):]
+            if key in named:
+                before = sums.get(key.policies, (0,) * len(counts))
+                sums[key.policies] = tuple(one + (more or 0) for one, more in zip(before, counts))
+        return [(policies, *sums[policies]) for policies in sorted(sums)]
 
     def worst(self, count: int) -> List[Tuple[Any, ...]]:
         """Of rows of clips that touch, the deepest, then those that touch in the most frames."""

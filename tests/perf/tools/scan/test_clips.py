@@ -269,6 +269,24 @@ def test_a_sweep_of_policies_has_a_row_each_and_the_same_exact_hits(scan, quick)
         assert row["box_tests"] > 0 and row["engine_seconds"] > 0
 
 
+def test_policies_are_compared_over_the_files_of_their_scan(scan, quick):
+    write_corpus(scan.folder / "corpus", 4)
+    words = ["policies", "corpus/left", "--policies", "balanced", "--policies", "sat=faces_6"]
+
+    def compared(outcome):
+        """Of each policies, all but the time."""
+        lines = [line.rsplit(None, 5) for line in outcome.out.splitlines() if line.startswith("refit=")]
+        return {policies: counts for policies, _, *counts in lines}
+
+    wanted = quick(*words, "--table", "alone.sqlite")
+    assert len(compared(wanted)) == 2
+    # Other scans test other files, and these in another unit, by one of the policies.
+    assert quick("self", "corpus", "--units", 2, "--policies", "balanced").code == 0
+    assert quick("self", "corpus", "--policies", "balanced").code == 0
+    for _ in range(2):  # the second time all is done already
+        assert compared(quick(*words)) == compared(wanted)
+
+
 def test_recordings_are_replayed_and_reported(scan, quick):
     figure = arm_bvh([3 * frame % 130 for frame in range(60)])
     (scan.folder / "arm.bvh").write_text(figure.replace("JOINT Left", "JOINT =Left"))  # a formula in a CSV file
