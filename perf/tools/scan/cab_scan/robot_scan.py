@@ -2,13 +2,15 @@
 
 import argparse
 import os
-from typing import Dict, List, Sequence, Set, Tuple
+import sys
+from typing import Dict, List, Optional, Sequence, Set, Tuple
 
 import cab
 
 from .plan import robot_options
-from .robots import FIRST_SAMPLE, RobotFile, matrix_rows, sampled_matrix
-from .table import Table
+from .printable import tell
+from .robots import FIRST_SAMPLE, RobotFile, matrix_rows, part_of, sampled_matrix
+from .table import Table, TableError
 from .tasks import error_row, outcome_of, words_of
 from .work import BAD, DONE, SAMPLES, STATES, Dispatch, Item, Key, Links, RobotChunk, Source, TestOptions
 
@@ -46,6 +48,7 @@ class RobotScan:
 
     def run(self, dispatch: Dispatch) -> None:
         """Until all chunks of all robots are in the table."""
+        self._check_states()
         fixed = [file.fixed_matrix(not self._srdf) for _, file in self._robots]
         self._run_chunks(dispatch, SAMPLES, FIRST_SAMPLE, self._samples, fixed)
         sampled = list(zip(self._robots, fixed))
@@ -68,42 +71,64 @@ class RobotScan:
     ) -> None:
         items: List[Item] = []
         for (source, file), mask in zip(self._robots, masks):
-            firsts = range(0, count, self._chosen.chunk)
-            chunks = [(first, min(self._chosen.chunk, count - first)) for first in firsts]
-            items += self._items(what, source, file, start, chunks, tuple(sorted(mask)))
+            items += self._items(what, source, file, start, count, tuple(sorted(mask)))
         dispatch(items, self._table.add)
 
     def _items(
-        self, what: str, source: Source, file: RobotFile, start: int, chunks: Sequence[Tuple[int, int]], masked: Links
+        self, what: str, source: Source, file: RobotFile, start: int, count: int, masked: Links
     ) -> List[Item]:
         key = self._key(what, source)
-        parts = {_part(first, count): (first, count) for first, count in chunks}
-        self._table.forget_file_error(key)  # it has been read now
-        there = self._table.robot_parts(key)
-        # Pairs of links are counted over all chunks, so chunks of another robot, version or length are no use.
-        if self._chosen.again or any(
-            part not in parts or (outcome == DONE and (sha256, version) != (file.sha256, cab.__version__))
-            for part, (sha256, version, outcome) in there.items()
-        ):
+        done = self._done(what, source, file)
+        # Pairs of links are counted over all chunks, so chunks of another robot or version are no use.
+        if self._chosen.again or None in done.values():
             self._table.forget_robot(key)
-            there = {}
-        done = {part for part, (_, _, outcome) in there.items() if outcome == DONE}
+            if not self._chosen.again:
+                chunks = "1 chunk" if len(done) == 1 else f"{len(done)} chunks"
+                tell(f"cab scan: {source.name}: {what} begin anew: {chunks} of another robot or version of cab",
+                     sys.stderr)
+            done = {}
+        sizes = {first: min(self._chosen.chunk, count - first) for first in range(0, count, self._chosen.chunk)}
+        # What could not be read or tested before is read now, or not wanted any more.
+        self._table.forget_undone(key, {part_of(first, size) for first, size in sizes.items()})
         return [
             Item(
-                what, source, (self._policies,), self._options, TestOptions(), (None,), None, part,
+                what, source, (self._policies,), self._options, TestOptions(), (None,), None, part_of(first, size),
                 RobotChunk(
-                    start + first, count, self._chosen.seed, masked, self._packages, self._srdf,
-                    self._chosen.leave_out_missing, file.sha256,
+                    start + first, size, self._chosen.seed, masked, self._packages, self._srdf,
+                    self._chosen.leave_out_missing, file.sha256, done.get(first) or 0,
                 ),
             )
-            for part, (first, count) in parts.items()
-            if part not in done
+            for first, size in sizes.items()
+            if done.get(first) != size
         ]
+
+    def _done(self, what: str, source: Source, file: RobotFile) -> Dict[int, Optional[int]]:
+        """The chunks that are done: their first states, and how many each has; None: of another robot or version."""
+        done: Dict[int, Optional[int]] = {}
+        for part, (sha256, version, outcome) in self._table.robot_parts(self._key(what, source)).items():
+            if outcome == DONE:
+                first, size = _states_of(part, self._table)
+                done[first] = size if (sha256, version) == (file.sha256, cab.__version__) else None
+        return done
+
+    def _check_states(self) -> None:
+        """Raises TableError if there are states that are done and not wanted: they are not forgotten unasked."""
+        for source, file in self._robots if not self._chosen.again else ():
+            done = self._done(STATES, source, file)
+            if done and None not in done.values():
+                states = max(first + (size or 0) for first, size in done.items())
+                if states > self._chosen.states:
+                    raise TableError(
+                        f"{self._table.path}: {source.name}: chunks are done up to state {states}, and --states "
+                        f"{self._chosen.states} has fewer; --again forgets them, another --table keeps them"
+                    )
 
     def _key(self, what: str, source: Source) -> Key:
         return Key(source.name, "", "", what, self._policies, self._options)
 
-
-def _part(first: int, count: int) -> str:
-    # With leading zeros, so that rows are sorted by states.
-    return f"{first:013d}+{count}"
+def _states_of(part: str, table: Table) -> Tuple[int, int]:
+    try:
+        first, count = map(int, part.split("+"))
+    except ValueError as error:
+        raise TableError(f"{table.path}: {part!r} is no chunk of states") from error
+    return first, count

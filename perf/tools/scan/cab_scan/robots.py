@@ -106,6 +106,11 @@ def _masked_body(file: RobotFile, masked: Links) -> cab.Body:
     return file.robot.body.ignoring(pairs=list(masked) or None)
 
 
+def part_of(first: int, count: int) -> str:
+    """The name of a chunk in the table: with leading zeros, so that rows are sorted by states."""
+    return f"{first:013d}+{count}"
+
+
 def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
     """The row of a chunk of states, with the pairs of links that touch in it."""
     start = core_seconds()
@@ -127,6 +132,7 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
             hits = clip.hits(policies=policies, exact=policies.exact, depths=False)
             hits["frame"] += np.uint32(first)
             summary.add(hits, clip.stats)
+        hits = hits[hits["frame"] >= chunk.counted]
         numbers = hits["link_a"].astype(np.int64) * body.link_count + hits["link_b"]
         pairs, where, counts = np.unique(numbers, return_index=True, return_counts=True)
         for number, index, times in zip(pairs.tolist(), where.tolist(), counts.tolist()):
@@ -136,6 +142,7 @@ def robot_rows(item: Item, chunk: RobotChunk) -> Iterator[Row]:
     row.frames, row.links = chunk.count, body.link_count
     summary.fill(row, lambda _, link: ("", body.names[link]))
     first_state = chunk.first % FIRST_SAMPLE
+    row.grown_from = part_of(first_state, chunk.counted) if chunk.counted else ""
     row.pairs = [
         LinkPair(body.names[a], body.names[b], "", states[a, b], first_state + firsts[a, b])
         for a, b in sorted(firsts)

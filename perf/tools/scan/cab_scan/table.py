@@ -146,6 +146,8 @@ class Table:
             for key in dict.fromkeys(row.key for row in rows):
                 base.execute(f"DELETE FROM work WHERE {_KEY_IS}", key)
             for row in rows:
+                if row.grown_from:
+                    base.execute(f"DELETE FROM work WHERE {_KEY_IS}", row.key._replace(part=row.grown_from))
                 self._insert(base, row)
 
     def _is_done(self, row: Row) -> bool:
@@ -201,12 +203,13 @@ class Table:
                     (key.file, key.what, key.policies, key.options),
                 )
 
-    def forget_file_error(self, key: Key) -> None:
-        """Removes the row of a robot's file that could not be read; chunks stay."""
+    def forget_undone(self, key: Key, parts: Iterable[str]) -> None:
+        """Removes rows of a robot without numbers but those of these chunks, among them that of its file."""
+        gone = [part for part, (_, _, outcome) in self.robot_parts(key).items() if outcome != DONE]
         with self._transaction() as base:
-            base.execute(
-                "DELETE FROM work WHERE (file, what, policies, options, part) = (?, ?, ?, ?, '')",
-                (key.file, key.what, key.policies, key.options),
+            base.executemany(
+                f"DELETE FROM work WHERE {_KEY_IS}",
+                (key._replace(part=part) for part in set(gone).difference(parts)),
             )
 
     def robot_parts(self, key: Key) -> Dict[str, Tuple[Optional[str], str, str]]:

@@ -64,7 +64,10 @@ class TestOptions:
 
 @dataclasses.dataclass(frozen=True)
 class RobotChunk:
-    """Random states `first` to `first` + `count` - 1 of a seed, and links that are not tested with each other."""
+    """Random states `first` to `first` + `count` - 1 of a seed, and links that are not tested with each other.
+
+    counted  so many of its states are in the table as a smaller chunk, with pairs of links, which are not counted twice
+    """
 
     first: int
     count: int
@@ -74,6 +77,7 @@ class RobotChunk:
     srdf: str
     leave_out_missing: bool
     sha256: str
+    counted: int = 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -149,7 +153,8 @@ class LinkPair(NamedTuple):
 class Row:
     """A row of the table. `sequence` tells several of one file apart. Seconds are no part of the table's hash.
 
-    `notes` is what `notes.notes_text` makes of the notes of what was read.
+    `notes` is what `notes.notes_text` makes of the notes of what was read. `grown_from` is the part of a smaller chunk
+    whose place it takes.
     """
 
     key: Key
@@ -179,6 +184,7 @@ class Row:
     seconds: Optional[float] = None
     contacts: List[Contact] = dataclasses.field(default_factory=list)
     pairs: List[LinkPair] = dataclasses.field(default_factory=list)
+    grown_from: str = ""
 
 
 class Report(NamedTuple):

@@ -9,7 +9,7 @@ import subprocess
 import pytest
 from cab_scan import tasks
 
-from conftest import data_folder, long
+from conftest import data_folder
 
 COMMAND = os.environ.get("CAB_COMMAND", "")
 
@@ -98,23 +98,57 @@ def test_bodies_of_one_rigid_body_are_welded_as_the_command_says(scan, quick):
     assert pairs_of(scan, "robot samples", "srdf.sqlite") == [("a", "b", "welded", 0, None)]
 
 
-@long
 def test_finished_chunks_are_kept_and_another_robot_begins_anew(scan, quick):
     write_arm(scan.folder / "arm.urdf")
     words = ["robot", "arm.urdf", "--samples", 1000, "--chunk", 1000]
-    first = quick(*words, "--states", 4000)
-    base = sqlite3.connect(scan.folder / "scan.sqlite")
-    (kept,) = base.execute("SELECT max(id) FROM work").fetchone()
-    base.close()
-    assert quick(*words, "--states", 4000).hash == first.hash
-    longer = quick(*words, "--states", 6000)
-    assert sum(row["id"] <= kept for row in scan.rows()) == 5
-    assert quick(*words, "--states", 6000, "--table", "new.sqlite").hash == longer.hash
-    assert quick(*words, "--states", 4500).code == 0  # of other chunks: all anew
-    assert sum(row["frames"] for row in scan.rows() if row["what"] == "robot states") == 4500
+    first = quick(*words, "--states", 3500)
+    there = {row["part"]: row["id"] for row in scan.rows() if row["what"] == "robot states"}
+    assert len(there) == 4
+    assert quick(*words, "--states", 3500).hash == first.hash
+    for states in (3499, 3000, 1000, 0):  # what is done is not forgotten unasked
+        fewer = quick(*words, "--states", states)
+        assert fewer.code == 1 and fewer.error == (
+            "cab scan: scan.sqlite: arm.urdf: chunks are done up to state 3500, and --states "
+            f"{states} has fewer; --again forgets them, another --table keeps them\n"
+        )
+    assert quick(*words, "--states", 3500).hash == first.hash
+    for states, kept in ((3700, 3), (4000, 3), (5100, 4)):  # the last chunk grows, and others are as they were
+        longer = quick(*words, "--states", states)
+        rows = [row for row in scan.rows() if row["what"] == "robot states"]
+        assert sum(there.get(row["part"]) == row["id"] for row in rows) == kept
+        assert sum(row["frames"] for row in rows) == states
+        assert quick(*words, "--states", states, "--table", f"{states}.sqlite").hash == longer.hash
+        there = {row["part"]: row["id"] for row in rows}
+    again = quick(*words, "--states", 1000, "--again")
+    assert again.code == 0 and again.hash == quick(*words, "--states", 1000, "--table", "again.sqlite").hash
     write_arm(scan.folder / "arm.urdf", far="0 8 0")
-    changed = quick(*words, "--states", 4500)
-    assert quick(*words, "--states", 4500, "--table", "changed.sqlite").hash == changed.hash
+    changed = quick(*words, "--states", 900)
+    assert changed.error.splitlines() == [
+        f"cab scan: arm.urdf: robot {what} begin anew: 1 chunk of another robot or version of cab"
+        for what in ("samples", "states")
+    ]
+    assert quick(*words, "--states", 900, "--table", "changed.sqlite").hash == changed.hash
+
+
+def test_a_chunk_that_was_lost_stays_what_it_was(scan, quick):
+    write_arm(scan.folder / "arm.urdf")
+    words = ["robot", "arm.urdf", "--samples", 100, "--chunk", 1000]
+    assert quick(*words, "--states", 1500).code == 0
+
+    class Lost:
+        def dispatch(self, items, finished):
+            for item in items:
+                finished(tasks.lost_rows(item))
+
+    assert scan.here(*words, "--states", 3000, workers=Lost()).code == 1
+    outcomes = [(row["part"], row["outcome"]) for row in scan.rows() if row["what"] == "robot states"]
+    assert outcomes == [
+        ("0000000000000+1000", "done"), ("0000000001000+1000", "lost"), ("0000000001000+500", "done"),
+        ("0000000002000+1000", "lost"),
+    ]
+    for states in (1500, 3000):
+        wanted = quick(*words, "--states", states, "--table", f"{states}.sqlite").hash
+        assert quick(*words, "--states", states).hash == wanted
 
 
 def test_given_pairs_are_masked_and_bad_robots_told(scan, quick):
