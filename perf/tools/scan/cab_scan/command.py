@@ -118,7 +118,15 @@ def _pairs(entries: List[corpus.Entry], pattern: Optional[str]) -> List[corpus.E
     if rest and not pattern:
         name = rest[0].source.name
         raise corpus.CorpusError(f"{name}: with whom? --pattern, or the column other of a list, says it")
-    return named + (corpus.pair_up(rest, pattern) if pattern else [])
+    if not pattern:
+        return named
+    pairs = named + corpus.pair_up(rest, pattern)
+    paired = {source.name for entry in pairs for source in (entry.source, entry.other) if source}
+    alone = [entry.source.name for entry in rest if entry.source.name not in paired]
+    if alone:
+        files = "1 file is" if len(alone) == 1 else f"{len(alone)} files are"
+        tell(f"cab scan: --pattern: {files} in no pair; the first is {alone[0]}", sys.stderr)
+    return pairs
 
 
 def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], table: Table) -> List[Key]:

@@ -220,7 +220,7 @@ def test_pairs_are_those_of_the_command(scan, quick):
         text = arm_bvh([3 * frame % 130 for frame in range(50)], offset=offset)
         (scan.folder / f"dance/take1_{who}.bvh").write_text(text)
     outcome = quick("pairs", "dance", "--pattern", "take1_(.*)[.]bvh")
-    assert outcome.code == 0, outcome.error
+    assert outcome.code == 0 and "in no pair" not in outcome.error, outcome.error
     rows = scan.rows()
     assert [(row["file"][12:-4], row["other"][12:-4]) for row in rows] == [
         ("anna", "ben"), ("anna", "cleo"), ("ben", "cleo")
@@ -235,6 +235,25 @@ def test_pairs_are_those_of_the_command(scan, quick):
     assert quick("pairs", "--list", "list.csv", "--table", "listed.sqlite").code == 0
     (row,) = scan.rows(table="listed.sqlite")
     assert row["hits_hash"] == rows[0]["hits_hash"]
+
+
+def test_files_in_no_pair_are_counted(scan, quick):
+    for name in ("take1_a", "take1_b", "take2_a", "take3"):
+        (scan.folder / f"{name}.bvh").write_text(arm_bvh([3 * frame % 130 for frame in range(10)]))
+    (scan.folder / "list.csv").write_text("path,other\ntake2_a.bvh,take3.bvh\n")
+    words = ["--pattern", "take._(.)[.]bvh"]
+    for files, told in (
+        (["."], "2 files are in no pair; the first is take2_a.bvh"),
+        (["take1_a.bvh", "take1_b.bvh", "take3.bvh"], "1 file is in no pair; the first is take3.bvh"),
+        ([".", "--list", "list.csv"], None),
+    ):
+        outcome = quick("pairs", *files, *words)
+        lines = [line for line in outcome.error.splitlines() if "in no pair" in line]
+        assert outcome.code == 0 and lines == ([f"cab scan: --pattern: {told}"] if told else [])
+    nothing = quick("pairs", "take3.bvh", *words)
+    assert nothing.code == 1 and nothing.error.splitlines() == [
+        "cab scan: --pattern: 1 file is in no pair; the first is take3.bvh", "cab scan: there is nothing to scan",
+    ]
 
 
 def test_a_pair_has_the_clock_of_who_moves_and_says_what_it_cuts_off(scan, quick):
