@@ -133,11 +133,21 @@ def _files_of(path: str, suffixes: "frozenset[str]") -> Iterator[Tuple[str, str]
 
 
 def _files_below(folder: str, suffixes: "frozenset[str]") -> Iterator[str]:
-    for place, folders, names in os.walk(folder, onerror=_raise):
-        folders.sort()
-        for name in sorted(names):
-            if os.path.splitext(name)[1].lower() in suffixes:
-                yield os.path.join(place, name)
+    # Links are followed last, so that a folder that has a name without them keeps it. Each is scanned once.
+    seen: Set[Tuple[int, int]] = set()
+    tops = [folder]
+    for top in tops:
+        for place, folders, names in os.walk(top, onerror=_raise):
+            state = os.stat(place)
+            if (state.st_dev, state.st_ino) in seen:
+                folders.clear()
+                continue
+            seen.add((state.st_dev, state.st_ino))
+            folders.sort()
+            tops += [path for path in (os.path.join(place, name) for name in folders) if os.path.islink(path)]
+            for name in sorted(names):
+                if os.path.splitext(name)[1].lower() in suffixes:
+                    yield os.path.join(place, name)
 
 
 def _raise(error: OSError) -> None:

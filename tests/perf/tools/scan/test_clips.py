@@ -171,6 +171,27 @@ def test_a_folder_gives_its_files_of_motion(tmp_path):
     assert [entry.source.name for entry in found.entries] == ["a.bvh", "b.AMC", "c.vrm", "d.glb", "f.fbx"]
 
 
+def test_links_to_folders_are_followed_once(tmp_path):
+    for name in ("corpus/z/in/a.bvh", "far/b.bvh", "far/in/c.bvh"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    for link, target in (
+        ("corpus/a", "corpus/z"), ("corpus/z/in/up", "corpus"), ("corpus/m", "far"), ("far/back", "corpus"),
+        ("corpus/n", "far/in"), ("far/o", "far"), ("corpus/gone", "nowhere"), ("corpus/self", "corpus/self"),
+        ("start", "corpus"),
+    ):
+        (tmp_path / link).symlink_to(tmp_path / target)
+
+    def names(*paths):
+        found = corpus.find([str(tmp_path / path) for path in paths], [], str(tmp_path), work.FileOptions(), [".bvh"])
+        assert found.problems == []
+        return [entry.source.name for entry in found.entries]
+
+    assert names("corpus") == ["corpus/m/b.bvh", "corpus/m/in/c.bvh", "corpus/z/in/a.bvh"]
+    assert names("start") == ["start/m/b.bvh", "start/m/in/c.bvh", "start/z/in/a.bvh"]
+    assert names("far") == ["far/b.bvh", "far/back/z/in/a.bvh", "far/in/c.bvh"]
+
+
 def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
     figure = arm_bvh([0, 10, 20])
     for name, factor in (("good", 1), ("a", 90), ("b", 100), ("c", 110), ("long" * 60, 39.4)):
