@@ -1,5 +1,6 @@
 """`python3 -P -m cab_scan`: looks for what it needs, then runs the command."""
 
+import errno
 import gc
 import importlib.util
 import os
@@ -14,7 +15,12 @@ _HOW_TO_GET = {
 
 
 def main() -> int:
-    """The exit code of the command, or 1 if a package is missing."""
+    """The exit code of the command, or 1 if a package is missing, or the results cannot be printed."""
+    if sys.stderr is None:  # it is closed, and so is sys.stdout below
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")
+    if sys.stdout is None:  # as the other commands of cab say it
+        print(f"cab scan: cannot write to standard output: {os.strerror(errno.EBADF)}", file=sys.stderr)
+        return 1
     _leave_current_folder()  # with signals as the command cab holds them back
     stopping.begin()
     installed = os.environ.get("CAB_PYTHON_MODULE")  # where the command was installed with the module cab

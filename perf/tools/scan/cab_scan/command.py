@@ -31,6 +31,8 @@ def run(words: Optional[Sequence[str]]) -> int:
     except OSError as error:
         name = f"{os.fsdecode(error.filename)}: " if error.filename else ""
         tell(f"cab scan: {name}{error.strerror or error or type(error).__name__}", sys.stderr)
+    except MemoryError:
+        tell("cab scan: out of memory", sys.stderr)
     except KeyboardInterrupt:
         tell(f"cab scan: stopped; what is done is in {chosen.table}, and the same command goes on", sys.stderr)
         return stopping.CODE

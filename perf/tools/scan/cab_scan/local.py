@@ -28,9 +28,9 @@ _SUFFIXES = {"k": 10**3, "M": 10**6, "G": 10**9, "ki": 1 << 10, "Mi": 1 << 20, "
 
 
 def bytes_of(size: str) -> int:
-    """The number of bytes of a size with its unit, such as 2GB or 800MiB."""
+    """The number of bytes of a size with its unit, such as 2GB or 800MiB: at most what a limit of a process can be."""
     number = size.rstrip("kMGiB")
-    return int(float(number) * _SUFFIXES[size[len(number):].strip().rstrip("B")])
+    return int(min(float(number) * _SUFFIXES[size[len(number):].strip().rstrip("B")], (1 << 63) - 1))
 
 
 class _Worker:

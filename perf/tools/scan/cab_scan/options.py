@@ -12,15 +12,21 @@ _DESCRIPTION = """Scans a corpus: which links touch, in which file, when and how
 Work that is in the table is not done again; docs/scale.md says what the columns mean."""
 
 
+# Of a robot's states. All of them are listed before the first one is tested: 0.6 kB each.
+_MOST_CHUNKS = 1 << 20
+
+
 class _Count:
-    """Reads a whole number within limits."""
+    """Reads a whole number within limits, such as 5000, 1e6 or 2.5e3."""
 
     def __init__(self, least: int, most: int) -> None:
         self._least, self._most = least, most
 
     def __call__(self, text: str) -> int:
         try:
-            number = int(float(text)) if re.fullmatch(r"\d+(\.\d+)?e\d+", text) else int(text)
+            value = float(text) if re.fullmatch(r"\d+(\.\d+)?e\d+", text) else int(text)
+            is_whole = isinstance(value, int) or value.is_integer()  # infinity is none
+            number = int(value) if is_whole else self._least - 1
         except ValueError:
             number = self._least - 1
         if not self._least <= number <= self._most:
@@ -227,6 +233,9 @@ def _check_together(options: argparse.Namespace) -> None:
     given = {name: getattr(options, name, None) or "" for name in READERS}
     has_surface = with_options(FileOptions(), given, "").body == "surface"
     check_tests(options, has_surface)
+    for name in ("states", "samples"):
+        if options.what == "robot" and getattr(options, name) > options.chunk * _MOST_CHUNKS:
+            raise ValueError(f"--{name} has more than {_MOST_CHUNKS} chunks of {options.chunk}: raise --chunk")
 
 
 def check_tests(options: argparse.Namespace, has_surface: bool) -> None:

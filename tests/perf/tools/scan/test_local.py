@@ -464,5 +464,32 @@ def test_the_worst_clips_are_printed_last_the_deepest_first(scan, quick):
 def test_sizes_of_memory_have_decimal_and_binary_units():
     for size, wanted in (
         ("800MB", 800 * 10**6), ("1.5GiB", 3 << 29), ("700kB", 700 * 10**3), ("3 MiB", 3 << 20), ("2GB", 2 * 10**9),
+        ("99999999999GB", 2**63 - 1), ("9" * 400 + "GiB", 2**63 - 1),
     ):
         assert local.bytes_of(size) == wanted, size
+
+
+def test_as_much_memory_as_one_likes_is_no_fault_of_a_file(scan):
+    write_corpus(scan.folder / "corpus", 1)
+    outcome = scan("self", "corpus", "--memory", "99999999999GB")
+    assert outcome.code == 0, outcome.error
+    assert [row["outcome"] for row in scan.rows()] == ["done"]
+
+
+def test_a_scan_that_is_out_of_memory_says_so(scan, monkeypatch):
+    def no_memory(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(command.corpus, "find", no_memory)
+    outcome = scan.here("self", "corpus")
+    assert outcome.code == 1 and outcome.error == "cab scan: out of memory\n"
+
+
+def test_a_closed_output_is_told_before_anything_is_done(scan):
+    write_corpus(scan.folder / "corpus", 1)
+    outcome = scan("self", "corpus", preexec_fn=lambda: os.close(1))
+    assert outcome.code == 1
+    assert outcome.error == "cab scan: cannot write to standard output: Bad file descriptor\n"
+    assert not (scan.folder / "scan.sqlite").exists()
+    outcome = scan("self", "corpus", preexec_fn=lambda: os.close(2))
+    assert outcome.code == 0 and outcome.hash and len(scan.rows()) == 1

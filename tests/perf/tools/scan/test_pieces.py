@@ -133,6 +133,12 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         (["self", "a", "--memory", "much"], "a size with its unit"),
         (["self", "a", "--units", "0"], "a number above 0"),
         (["robot", "a", "--states", "1.5"], "a whole number"),
+        (["robot", "a", "--states", "1e999"], "a whole number"),
+        (["robot", "a", "--states", "1.2345e2"], "a whole number"),
+        (["self", "a", "--gap", "1e9999"], "a whole number"),
+        (["self", "a", "--gap", "9" * 5000], "a whole number"),
+        (["robot", "a", "--states", "1e12"], "--states has more than 1048576 chunks of 65536: raise --chunk"),
+        (["robot", "a", "--samples", "3e6", "--chunk", "2"], "--samples has more than 1048576 chunks of 2"),
         (["robot", "a", "--package", "x"], "NAME=DIR"),
         (["dance", "a"], "invalid choice"),
         (["self", "a", "--most-seconds", "0"], "a whole number from 1"),
@@ -146,7 +152,8 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         with pytest.raises(SystemExit) as end:
             options.parse(words, "1")
         assert end.value.code == 2 and told in capsys.readouterr().err
-    assert options.parse(["robot", "a", "--states", "1e9"], "1").states == 10**9
+    for text, states in (("1e9", 10**9), ("1.5e3", 1500), ("68719476736", 1 << 36)):
+        assert options.parse(["robot", "a", "--states", text], "1").states == states
     for words in (["--body", "skin", "--min-depth", "0.01"], ["--body", "surface", "--policies", "exact=none"]):
         assert options.parse(["self", "a", *words], "1").paths == ["a"]
 
