@@ -25,9 +25,9 @@ def write_csv_files(table: Table, paths: Sequence[str]) -> None:
 
 
 def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    folder = os.path.dirname(path) or "."
+    real = os.path.realpath(path)  # a link stays one, and what it leads to is replaced
     try:
-        handle, temporary = tempfile.mkstemp(prefix=".cab-scan-", dir=folder)
+        handle, temporary = tempfile.mkstemp(prefix=".cab-scan-", dir=os.path.dirname(real))
         try:
             with open(handle, "w", newline="", encoding="utf-8", errors="surrogateescape") as file:
                 writer = csv.writer(file, lineterminator="\n")
@@ -36,7 +36,7 @@ def _write(path: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
                 file.flush()
                 os.fsync(file.fileno())
             os.chmod(temporary, 0o666 & ~_umask())
-            os.replace(temporary, path)
+            os.replace(temporary, real)
         except BaseException:
             with contextlib.suppress(OSError):
                 os.remove(temporary)

@@ -286,6 +286,19 @@ def test_an_output_is_neither_an_input_nor_another_output(scan):
     assert {path: path.read_bytes() for path in scan.folder.rglob("*") if path.is_file()} == before
 
 
+def test_an_output_that_is_a_link_stays_one(scan, quick):
+    write_corpus(scan.folder / "corpus", 1)
+    (scan.folder / "far").mkdir()
+    for name in ("scan.csv", "scan.contacts.csv"):
+        (scan.folder / name).symlink_to(f"far/{name}")
+    (scan.folder / "far/scan.csv").write_text("of another scan")
+    assert quick("self", "corpus", "--csv", "scan.csv").code == 0
+    for name in ("scan.csv", "scan.contacts.csv"):
+        assert (scan.folder / name).is_symlink()
+        assert (scan.folder / "far" / name).read_text().startswith("row,file")
+    assert sorted(path.name for path in (scan.folder / "far").iterdir()) == ["scan.contacts.csv", "scan.csv"]
+
+
 # -------------------------------------------------------------------------------------------------------- S6: the table
 
 
