@@ -96,7 +96,7 @@ def merge_runs(parts: Sequence[Hits], fps: float, gap: int) -> Hits:
     merged: Hits = runs[starts].copy()
     merged["last"] = runs["last"][ends - 1]
     merged["seconds"] = (merged["last"].astype(np.int64) - merged["first"] + 1) / fps
-    merged["depth"] = np.maximum.reduceat(runs["depth"], starts)
+    merged["depth"] = np.fmax.reduceat(runs["depth"], starts)
     number = np.repeat(np.arange(len(starts)), ends - starts)
     merged["deepest"] = runs["deepest"][np.lexsort((runs["first"], -runs["depth"], number))[starts]]
     return merged

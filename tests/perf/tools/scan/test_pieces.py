@@ -60,6 +60,16 @@ def test_runs_over_borders_are_those_of_the_whole(seed, gap):
     assert merged.tobytes() == whole.tobytes()
 
 
+def test_a_run_has_the_depth_of_a_part_that_has_one():
+    hits = np.zeros(3, dtype=cab.CLIP_HIT)
+    hits["frame"], hits["b"] = [14, 15, 16], 1
+    for depths in ([np.nan, np.nan, 0.25], [0.25, 0.25, np.nan]):
+        hits["depth"] = depths
+        (run,) = contacts.merge_runs([cab.intervals_of(part, 25, 0) for part in (hits[:2], hits[2:])], 25, 0)
+        assert (run["first"], run["last"], run["depth"]) == (14, 16, 0.25)
+        assert run["deepest"] == hits["frame"][depths.index(0.25)]
+
+
 def test_chunks_are_tiles_and_bounded():
     for links in (1, 2, 30, 60, 500, 1024):
         frames = contacts.chunk_frames(links)
