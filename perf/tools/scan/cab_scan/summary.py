@@ -28,12 +28,14 @@ def tell(table: Table, written: Sequence[str], what: str, keys: Sequence[Key] = 
     for line in told_notes(table.rows(("file", "other", "notes"), "notes IS NOT NULL"), _MOST_TOLD):
         tell_line(f"cab scan: {line}", sys.stderr)
     totals = table.totals()
+    # The engine's seconds are by the wall clock, all of them are of CPU: they may be fewer.
+    counting = max(0.0, totals.seconds - totals.engine_seconds)
     lines = [
         ("rows", f"{totals.rows}, {errors} with an error"),
         ("frames", f"{totals.frames}, {totals.hit_frames} with a hit"),
         ("hits", f"{totals.hits}"),
         ("seconds of workers", f"{totals.load_seconds:.1f} reading, {totals.engine_seconds:.1f} testing, "
-                               f"{totals.seconds - totals.engine_seconds:.1f} counting"),
+                               f"{counting:.1f} counting"),
     ]
     lines += [("table", table.path), *(("CSV", name) for name in written), ("hash", table.hash())]
     _print_lines(lines)

@@ -461,6 +461,16 @@ def test_the_worst_clips_are_printed_last_the_deepest_first(scan, quick):
         assert line.endswith(f"{row['depth_link_a']} - {row['depth_link_b']}")
 
 
+def test_no_seconds_are_negative(tmp_path, capsys):
+    row = clip_row(work.DONE)
+    row.frames = row.hit_frames = row.hits = 0
+    row.load_seconds, row.engine_seconds, row.seconds = 1.0, 0.5, 0.4
+    with contextlib.closing(table.Table(str(tmp_path / "scan.sqlite"))) as base:
+        base.add([row])
+        summary.tell(base, [], "self")
+    assert "seconds of workers  1.0 reading, 0.5 testing, 0.0 counting\n" in capsys.readouterr().out
+
+
 def test_sizes_of_memory_have_decimal_and_binary_units():
     for size, wanted in (
         ("800MB", 800 * 10**6), ("1.5GiB", 3 << 29), ("700kB", 700 * 10**3), ("3 MiB", 3 << 20), ("2GB", 2 * 10**9),
