@@ -64,14 +64,15 @@ def _scan(chosen: argparse.Namespace) -> int:
     outputs.check(chosen.table, written, [*found.read, *chosen.lists, *_given_files(chosen)])
     stopping.raise_from_now_on()
     with contextlib.closing(Table(chosen.table)) as table:
-        keys: List[Key] = []
         if chosen.what == "robot":
             (text,) = _policies(chosen, has_surface=False)
             scan = robot_scan.RobotScan(chosen, [entry.source for entry in entries], text, table)
             with _workers(chosen) as dispatch:
                 scan.run(dispatch)
+            keys = scan.keys()
         else:
             keys = _scan_files(chosen, entries, table)
+        summary.tell_unnamed(table, keys)
         if written:
             export.write_csv_files(table, written)
         has_errors = summary.tell(table, written, chosen.what, keys)
@@ -145,9 +146,7 @@ def _scan_files(chosen: argparse.Namespace, entries: Sequence[corpus.Entry], tab
     items = plan.make_items(entries, what, [texts[entry.has_surface] for entry in entries], test, table, chosen.again)
     with _workers(chosen) as dispatch:
         dispatch(items, table.add)
-    keys = [item.key(text) for item in items for text in item.policies]
-    summary.tell_unnamed(table, keys)
-    return keys
+    return [item.key(text) for item in items for text in item.policies]
 
 
 @contextlib.contextmanager

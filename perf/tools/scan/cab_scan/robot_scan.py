@@ -30,6 +30,7 @@ class RobotScan:
         self._options = robot_options(
             self._samples, chosen.seed, chosen.chunk, chosen.srdf, chosen.leave_out_missing
         )
+        self._sources = sources
         self._robots: List[Tuple[Source, RobotFile]] = []
         for source in sources:
             self._read(source)
@@ -65,6 +66,11 @@ class RobotScan:
             self._table.add_pairs(key, matrix_rows(file, matrix))
             whole.append(matrix)
         self._run_chunks(dispatch, STATES, 0, self._chosen.states, whole)
+
+    def keys(self) -> List[Key]:
+        """All rows of these robots."""
+        keys = [self._key(what, source) for source in self._sources for what in (SAMPLES, STATES)]
+        return [key._replace(part=part) for key in keys for part in self._table.robot_parts(key)]
 
     def _run_chunks(
         self, dispatch: Dispatch, what: str, start: int, count: int, masks: Sequence[Dict[Tuple[int, int], str]]

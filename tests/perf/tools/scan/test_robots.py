@@ -170,6 +170,18 @@ def test_given_pairs_are_masked_and_bad_robots_told(scan, quick):
     assert [row["outcome"] for row in scan.rows(table="bad.sqlite")] == ["done", "done", "bad"]
 
 
+def test_rows_of_robots_that_the_scan_did_not_name_are_reported(scan, quick):
+    for name in ("arm", "other"):
+        write_arm(scan.folder / f"{name}.urdf")
+    (scan.folder / "bad.urdf").write_text("")
+    words = ["--samples", 100, "--states", 100]
+    told = "cab scan: {} rows of scan.sqlite are of files or options that this scan did not name"
+    for files, count in ((["."], 0), (["arm.urdf"], 3), (["arm.urdf", "--policies", "tight"], 5), (["."], 2)):
+        outcome = quick("robot", *files, *words)
+        lines = [line for line in outcome.error.splitlines() if "did not name" in line]
+        assert lines == ([told.format(count)] if count else []), outcome.error
+
+
 def given_by(scan, *words):
     """All items that a scan of robots gives to workers."""
     items = []
