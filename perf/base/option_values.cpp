@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "perf/base/usage.h"
 #include "scenes/import/printable.h"
@@ -95,7 +96,8 @@ FrameRange read_frame_range(const std::string& option, const std::string& text) 
 std::optional<std::uint32_t> read_frame(const std::string& option, const std::string& text) {
   if (text == "last") return {};
   std::uint32_t frame = 0;
-  if (!read_whole(text, frame)) reject(option, text, "a frame, counted from 0, or the word last");
+  if (!read_whole(text, frame) || frame == std::numeric_limits<std::uint32_t>::max())  // one more ends a range
+    reject(option, text, "a frame, counted from 0, or the word last");
   return frame;
 }
 

@@ -263,6 +263,7 @@ TEST_CASE("cab query says what was wrong and how to do it right") {
       {scene + Words{"--units", "2"}, "--units is not for --scene uniform"},
       {scene + Words{"--no-sandbox"}, "--no-sandbox is not for --scene uniform"},
       {scene + Words{"--frame", "last"}, "a scene has no last frame"},
+      {scene + Words{"--frame", "4294967295"}, "--frame: '4294967295' is not a frame, counted from 0"},
       {scene + Words{"--frames"}, "a scene has no last frame"},
       {scene + Words{"--frames", "3:3"}, "--frames: '3:3' is not N"},
       {scene + Words{"--frame", "1", "--frames", "1:2"}, "--frame"},
