@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "scenes/import/printable.h"
 
@@ -81,6 +82,20 @@ double read_not_negative(const std::string& option, const std::string& text) {
   double value = 0;
   if (!read_finite(text, value) || value < 0) reject(option, text, "a number that is 0 or above, for example 0.01");
   return value;
+}
+
+double read_within(const std::string& option, const std::string& text, double least, double most) {
+  double value = 0;
+  if (!read_whole(text, value) || !(value >= least && value <= most))
+    reject(option, text, "a number from " + shortest(least) + " to " + shortest(most));
+  return value;
+}
+
+std::uint64_t read_number(const std::string& option, const std::string& text, std::uint64_t least, std::uint64_t most) {
+  std::uint64_t number = 0;
+  if (!read_whole(text, number) || number < least || number > most)
+    reject(option, text, "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  return number;
 }
 
 FrameRange read_frame_range(const std::string& option, const std::string& text) {

@@ -34,6 +34,10 @@ double read_metres_per_unit(const std::string& option, const std::string& text);
 // A finite number that is 0 or above.
 double read_not_negative(const std::string& option, const std::string& text);
 
+// A number, and a whole number in decimal digits, from least to most.
+double read_within(const std::string& option, const std::string& text, double least, double most);
+std::uint64_t read_number(const std::string& option, const std::string& text, std::uint64_t least, std::uint64_t most);
+
 // A:B with A < B, or N for 0:N.
 FrameRange read_frame_range(const std::string& option, const std::string& text);
 

@@ -112,9 +112,4 @@ void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& mea
   add_number(command, "--rounds", rounds, meaning, 1, kMaxRounds);
 }
 
-CLI::Option* add_number(CLI::App& command, const std::string& option, std::uint32_t& number, const std::string& meaning,
-                        std::uint32_t least, std::uint32_t most) {
-  return command.add_option(option, number, meaning)->type_name("N")->check(CLI::Range(least, most).description(""));
-}
-
 }  // namespace cab::perf

@@ -55,6 +55,22 @@ CLI::Option* add_read(CLI::App& command, const std::string& option, const std::s
                   [&value, option, read](const std::string& text) { value = static_cast<T>(read(option, text)); });
 }
 
+// Adds an option that takes a number from least to most; add_number a whole one, in decimal digits.
+template <class T>
+CLI::Option* add_within(CLI::App& command, const std::string& option, const std::string& type, T& number,
+                        const std::string& meaning, double least, double most) {
+  return add_read(
+      command, option, type, number, meaning,
+      [least, most](const std::string& name, const std::string& text) { return read_within(name, text, least, most); });
+}
+template <class T>
+CLI::Option* add_number(CLI::App& command, const std::string& option, T& number, const std::string& meaning,
+                        std::uint64_t least, std::uint64_t most) {
+  return add_read(
+      command, option, "N", number, meaning,
+      [least, most](const std::string& name, const std::string& text) { return read_number(name, text, least, most); });
+}
+
 // Adds an option that takes one of the names of an enumeration, in its order, which begins with 0. wanted: what the
 // names are, for the text of an error.
 template <class Enum, class T, class Names>
@@ -107,9 +123,5 @@ double read_unit(const std::string& option, const std::string& text);
 
 // Hands a unit that was read to an import; empty: none was given.
 void set_unit(const std::optional<double>& unit, scenes::ImportOptions& import);
-
-// An option that takes a whole number from least to most.
-CLI::Option* add_number(CLI::App& command, const std::string& option, std::uint32_t& number, const std::string& meaning,
-                        std::uint32_t least, std::uint32_t most);
 
 }  // namespace cab::perf

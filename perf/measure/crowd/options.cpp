@@ -44,21 +44,17 @@ void add_options_of_scenes(CLI::App& command, CrowdOptions& o) {
            });
   add_choice<scenes::LevelKind>(command, "--level", scenes::kLevelKindNames, o.level, "what a level is made of",
                                 "level: what it is made of (default boxes)");
-  command
-      .add_option("--links", o.link_count,
-                  "ropes: links per rope, 2 to 1024 (default 64); rigs: links per body, 16 to 1024 (default 100)")
-      ->type_name("N")
-      ->check(CLI::Range(scenes::kLeastRopeLinks, kMaxLinks).description(""));
+  add_number(command, "--links", o.link_count,
+             "ropes: links per rope, 2 to 1024 (default 64); rigs: links per body, 16 to 1024 (default 100)",
+             scenes::kLeastRopeLinks, kMaxLinks);
   add_choice<scenes::RopeShape>(command, "--shape", scenes::kRopeShapeNames, o.rope_shape, "a shape of ropes",
                                 "ropes: how they lie (default straight)");
   add_choice<scenes::SkinLeafKind>(command, "--skin-leaves", scenes::kSkinLeafKindNames, o.skin_leaves,
                                    "a kind of leaves of skins",
                                    "skins: boxes that grow with the poses of links, or on one link (default grown)");
-  command
-      .add_option("--spacing", o.rope_spacing,
-                  "ropes: the least distance of neighbours in thicknesses, .1 to 10; below 1 they touch (default 1.5)")
-      ->type_name("X")
-      ->check(CLI::Range(scenes::kLeastSpacing, scenes::kMostSpacing).description(""));
+  add_within(command, "--spacing", "X", o.rope_spacing,
+             "ropes: the least distance of neighbours in thicknesses, .1 to 10; below 1 they touch (default 1.5)",
+             scenes::kLeastSpacing, scenes::kMostSpacing);
 }
 
 }  // namespace
@@ -74,12 +70,10 @@ Command add_crowd(CLI::App& app) {
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
   command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");
-  command
-      .add_option("--coarse", o.coarse.share,
-                  "share of the characters, those farthest from the middle of their group, that are at a coarser level "
-                  "of detail, 0 to 1 (default 0)")
-      ->type_name("X")
-      ->check(CLI::Range(0.0, 1.0).description(""));
+  add_within(command, "--coarse", "X", o.coarse.share,
+             "share of the characters, those farthest from the middle of their group, that are at a coarser level of "
+             "detail, 0 to 1 (default 0)",
+             0, 1);
   add_choice<LodKind>(command, "--lod", kLodKindNames, o.coarse.kind, "a kind of levels of detail",
                       "what the leaves of that level are: boxes that hold what their links can reach, or nodes of the "
                       "hierarchy (default reach)");

@@ -86,9 +86,8 @@ Command add_peers(CLI::App& app) {
   add_number(command, "--surface-characters", o.surface_characters,
              "with --surfaces FILE: number of characters (default 2)", 2, 10000)
       ->needs(surfaces);
-  command.add_option("--apart", o.apart, "with --surfaces FILE: how many widths characters are apart (default 0.45)")
-      ->type_name("WIDTHS")
-      ->check(CLI::Range(0.0, 1e6))
+  add_within(command, "--apart", "WIDTHS", o.apart,
+             "with --surfaces FILE: how many widths characters are apart (default 0.45)", 0, 1e6)
       ->needs(surfaces);
   for (const char* const option : {"--scene", "--characters", "--peers", "--leaves", "--queries", "--rays", "--csv"})
     surfaces->excludes(command.get_option(option));

@@ -115,11 +115,8 @@ void check_shapes(RobotCommandOptions& o, bool has_exact) {
 }  // namespace
 
 CLI::Option* add_leaves_per_link(CLI::App& command, scenes::RobotOptions& import) {
-  return command
-      .add_option("--leaves-per-link", import.leaves_per_link,
-                  "hulls of a mesh at most, 1 (default) to 64: meshes are cut where that saves volume")
-      ->type_name("N")
-      ->check(CLI::Range(1, 64));
+  return add_number(command, "--leaves-per-link", import.leaves_per_link,
+                    "hulls of a mesh at most, 1 (default) to 64: meshes are cut where that saves volume", 1, 64);
 }
 
 CLI::Option* add_packages(CLI::App& command, scenes::RobotOptions& import) {
@@ -177,9 +174,8 @@ Command add_robot(CLI::App& app) {
                   "against those of the robot; give it again for others")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  command.add_option("--margin", o.margin, "metres that links are apart at least, closer ones touch (default 0)")
-      ->type_name("METRES")
-      ->check(CLI::Range(0.0, 1e6));
+  add_within(command, "--margin", "METRES", o.margin,
+             "metres that links are apart at least, closer ones touch (default 0)", 0, 1e6);
   add_texts(command, "--padding", "METRES,LINK=METRES,...",
             "metres by which links grow against what stands around, not against each other: a number is for all links, "
             "LINK=METRES for one; needs --around",

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -73,12 +74,12 @@ void add_skin_options(CLI::App& command, std::string& animation, std::optional<s
   add_text(command, "--kinds", "KIND,...",
            "bodies to choose from, each leaf the smallest: hull (default), box, capsule, sphere, ellipsoid",
            [of_skin](const std::string& text) { of_skin("--kinds").kinds = read_kinds("--kinds", text); });
-  command
-      .add_option_function<std::uint32_t>(
-          "--leaves-per-link", [of_skin](std::uint32_t n) { of_skin("--leaves-per-link").leaves_per_link = n; },
-          "leaves on a link at most, 1 (default) to 64: meshes are cut where that saves volume")
-      ->type_name("N")
-      ->check(CLI::Range(1, 64));
+  add_text(command, "--leaves-per-link", "N",
+           "leaves on a link at most, 1 (default) to 64: meshes are cut where that saves volume",
+           [of_skin](const std::string& text) {
+             const std::uint64_t leaves = read_number("--leaves-per-link", text, 1, 64);
+             of_skin("--leaves-per-link").leaves_per_link = static_cast<std::uint32_t>(leaves);
+           });
   command.add_flag_callback(
       "--inflate", [of_skin] { of_skin("--inflate").inflate = true; },
       "let bodies grow until the surface is inside of them in all frames");
@@ -133,7 +134,8 @@ void add_run_of_files(CLI::App& command, RunOptions& run, const std::string& mea
                  "); 0: only those that share a joint",
              0, kMaxLinks)
       ->needs(self);
-  command.add_option("--rest-frame", run.world.rest_frame, "leave out links whose boxes touch in frame F, from 0")
+  add_number(command, "--rest-frame", run.world.rest_frame, "leave out links whose boxes touch in frame F, from 0", 0,
+             std::numeric_limits<std::uint32_t>::max())
       ->type_name("F")
       ->needs(self);
   command.add_flag("--quiet", run.quiet, "print no notes about the files, only warnings");

@@ -78,6 +78,19 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"verify", "--minutes", "x"}, "--minutes: 'x' is not a number above 0, for example 0.5\n"},
       {{"run", file, "--units", "x"}, "--units: 'x' is not a number above 0, for example 0.0254 for inches\n"},
       {{"inspect", file, "--frame", "lost"}, "--frame: 'lost' is not a frame, counted from 0, or the word last"},
+      {{"run", file, "--threads", "0x2"}, "--threads: '0x2' is not a whole number from 0 to 1024\n"},
+      {{"run", file, "--threads", ""}, "--threads: '' is not a whole number from 0 to 1024\n"},
+      {{"run", file, "--self", "--rest-frame", "4294967296"}, "whole number from 0 to 4294967295\n"},
+      {{"run", file, "--body", "skin", "--leaves-per-link", "0x8"}, "'0x8' is not a whole number from 1 to 64\n"},
+      {{"robot", file, "--leaves-per-link", "0x8"}, "'0x8' is not a whole number from 1 to 64\n"},
+      {{"robot", file, "--margin", "nan"}, "--margin: 'nan' is not a number from 0 to 1e+06\n"},
+      {{"crowd", "--scene", "uniform", "--coarse", "nan"}, "--coarse: 'nan' is not a number from 0 to 1\n"},
+      {{"crowd", "--scene", "ropes", "--spacing", "nan"}, "--spacing: 'nan' is not a number from 0.1 to 10\n"},
+      {{"crowd", "--scene", "ropes", "--links", "0x8"}, "--links: '0x8' is not a whole number from 2 to 1024\n"},
+      {{"peers", "--surfaces", file, "--apart", "nan"}, "--apart: 'nan' is not a number from 0 to 1e+06\n"},
+      {{"verify", "--round", "18446744073709551616"}, "--round: '18446744073709551616' is not a whole number from 0"},
+      {{"verify", "--rounds", "-1"}, "--rounds: '-1' is not a whole number from 0 to 18446744073709551615\n"},
+      {{"verify", "--rounds", "1", "--seed", "-1"}, "--seed: '-1' is not a whole number from 0"},
   };
   for (const Misuse& misuse : misuses) {
     CAPTURE(misuse.told);
@@ -87,6 +100,22 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
     CHECK(outcome.out.empty());
     CHECK(outcome.error.find(misuse.told) != std::string::npos);
   }
+}
+
+TEST_CASE("whole numbers are decimal, also with zeros before them") {
+  const TemporaryFolder folder;
+  const std::string path = folder / "out.json";
+  const auto json = [&path](Words words) {
+    words.insert(words.end(), {"--json", path});
+    const Outcome outcome = spawn(CAB_COMMAND, words);
+    INFO(outcome.error);
+    REQUIRE(outcome.exit_code == 0);
+    return nlohmann::json::parse(read_text(path));
+  };
+  const auto crowd = json({"crowd", "--scene", "uniform", "--characters", "0100", "--frames", "08", "--rounds", "01"});
+  CHECK(crowd["characters"] == 100);
+  CHECK(crowd["frames"] == 8);
+  CHECK(json({"verify", "--part", "merges", "--rounds", "1", "--seed", "010"})["seed"] == 10);
 }
 
 TEST_CASE("standard output that cannot be written ends in one line with the system's reason") {
