@@ -3,6 +3,7 @@
 
 #include <cab/types.h>
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,7 +27,9 @@ struct OutputOption {
 void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun);
 
 // Throws UsageError if two outputs are one file, or if an output is also an input, by whatever names: ./x and x, links,
-// or one file that has two names. Paths that are empty are ignored.
-void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs);
+// or one file that has two names. Paths that are empty are ignored. companions(input): what an input is read with, which
+// is an input too; it is asked if an output is there already, and may throw scenes::ImportError for a bad input.
+void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs,
+                   const std::function<std::vector<std::string>(const std::string& input)>& companions = {});
 
 }  // namespace cab::perf

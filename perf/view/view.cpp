@@ -22,6 +22,7 @@
 #include "perf/base/usage.h"
 #include "perf/view/options.h"
 #include "perf/view/page.h"
+#include "scenes/import/companions.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
@@ -145,7 +146,10 @@ int view_command(const ViewOptions& options) {
       options.out_path.empty() ? fs::path(first).replace_extension(".html").string() : options.out_path;
   std::vector<std::string> inputs = input_paths(options.run.world);
   inputs.insert(inputs.end(), {options.page_path, options.robot.states_path, options.robot.srdf_path});
-  check_outputs({{"--out", out_path}}, inputs);
+  check_outputs({{"--out", out_path}}, inputs, [&](const std::string& file) {
+    return kind == ViewKind::kRobot ? scenes::companion_files(file, options.robot.import)
+                                    : scenes::companion_files(file, options.run.world.sandbox);
+  });
   const fs::path found = options.page_path.empty() ? find_page() : fs::path(options.page_path);
   if (found.empty()) throw std::runtime_error(how_to_get_page());
   const Page page = read_page(found);

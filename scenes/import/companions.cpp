@@ -31,7 +31,8 @@ std::vector<std::string> list_here(const std::string& path) {
 
 }  // namespace
 
-std::vector<std::string> companion_files(const std::string& path, const SandboxLimits& limits) {
+std::vector<std::string> companion_files(const std::string& path, const std::optional<SandboxLimits>& sandbox) {
+  if (!sandbox) return in_this_process([&path] { return list_here(path); });
   const auto list = [&path] {
     PayloadWriter writer;
     writer.texts(list_here(path));
@@ -43,7 +44,7 @@ std::vector<std::string> companion_files(const std::string& path, const SandboxL
     reader.finish();
     return files;
   };
-  return from_child(path, limits, list, unpack);
+  return from_child(path, *sandbox, list, unpack);
 }
 
 }  // namespace cab::scenes

@@ -164,6 +164,18 @@ Robot import_robot(const std::string& path, const RobotOptions& options) {
   return robot;
 }
 
+std::vector<std::string> companion_files(const std::string& path, const RobotOptions& options) {
+  if (options.sandbox) {
+    const std::set<std::string> readable = files_for_reader(path, options).readable;
+    return {readable.begin(), readable.end()};
+  }
+  return in_this_process([&] {
+    NamedFiles named = named_files(path, options, package_files(path));
+    for (const auto& [name, file] : named.meshes) named.paths.push_back(file);
+    return named.paths;
+  });
+}
+
 LeafTriangles import_triangles(const std::string& path, const RobotOptions& options) {
   LeafTriangles triangles;
   if (!options.sandbox) {

@@ -114,6 +114,10 @@ struct RobotOptions {
 // and included files that may_open_for_mjcf (scenes/robot/mjcf_tree.h) allows.
 Robot import_robot(const std::string& path, const RobotOptions& options);
 
+// The files that import_robot opens beside the one at `path`, if they are there: meshes, included files, and folders of
+// meshes. Throws ImportError.
+std::vector<std::string> companion_files(const std::string& path, const RobotOptions& options);
+
 // The triangles of each leaf of a robot, as its file has them: x y z of three corners each, in the frame of the leaf's
 // link. Of a leaf that is no mesh there are none.
 using LeafTriangles = std::vector<std::vector<float>>;

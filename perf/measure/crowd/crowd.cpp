@@ -23,6 +23,7 @@
 #include "perf/measure/crowd/mpi_run.h"
 #include "perf/measure/crowd/options.h"
 #include "scenes/crowd/humanoid.h"
+#include "scenes/import/companions.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -435,7 +436,8 @@ void check(const CrowdOptions& options, const scenes::CrowdScene& scene) {
   check_given("--units", options.metres_per_unit.size(), options.clips.size(), "clip");
   std::vector<std::string> inputs = options.clips;
   inputs.push_back(options.trajectories_path);
-  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs);
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, inputs,
+                [&options](const std::string& file) { return scenes::companion_files(file, options.sandbox); });
 }
 
 // quiet: notes about files are not printed.

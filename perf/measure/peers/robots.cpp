@@ -350,7 +350,8 @@ scenes::Robot import_also(const std::string& file, const scenes::RobotOptions& i
 
 int robots_command(const PeersOptions& options) {
   const RobotCommandOptions& o = options.robot;
-  check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path, options.also});
+  check_outputs({{"--json", options.json_path}}, {o.file, o.srdf_path, options.also},
+                [&o](const std::string& file) { return scenes::companion_files(file, o.import); });
   OutputFile json(options.json_path);
   scenes::RobotOptions whole = o.import;
   whole.leaves_per_link = 1;

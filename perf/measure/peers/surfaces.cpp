@@ -19,6 +19,7 @@
 #include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "perf/measure/peers/surface_rivals.h"
+#include "scenes/import/companions.h"
 
 namespace cab::perf {
 namespace {
@@ -356,7 +357,9 @@ SurfaceWorld load_world(const PeersOptions& options) {
 }  // namespace
 
 int surfaces_command(const PeersOptions& options) {
-  check_outputs({{"--json", options.json_path}}, options.surfaces);
+  check_outputs({{"--json", options.json_path}}, options.surfaces, [&options](const std::string& file) {
+    return scenes::companion_files(file, options.robot.import.sandbox);
+  });
   OutputFile json(options.json_path);
   const SurfaceWorld world = load_world(options);
   EngineDesc desc;

@@ -11,6 +11,7 @@
 #include "perf/measure/sweep/output.h"
 #include "perf/measure/sweep/scenes.h"
 #include "perf/tools/run/run_world.h"
+#include "scenes/import/companions.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -30,7 +31,8 @@ void check(const SweepOptions& options, const std::vector<Policies>& policies) {
     throw UsageError("--offset, --units, --up, --fps and --motion are for FILE...; give at least one file");
   if (!options.world.files.empty() && !options.scenes.empty())
     throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
-  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, input_paths(options.world));
+  check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, input_paths(options.world),
+                [&options](const std::string& file) { return scenes::companion_files(file, options.world.sandbox); });
 }
 
 // The scenes that the options name, or the default ones.

@@ -16,6 +16,7 @@
 #include "perf/tools/query/measure.h"
 #include "perf/tools/query/options.h"
 #include "perf/tools/query/targets.h"
+#include "scenes/import/companions.h"
 #include "scenes/scene_list.h"
 
 namespace cab::perf {
@@ -74,7 +75,8 @@ void check(const QueryOptions& options) {
   check_exact(options.world, options.exact);
   std::vector<std::string> inputs = input_paths(options.world);
   for (const auto& paths : options.paths) inputs.insert(inputs.end(), paths.begin(), paths.end());
-  check_outputs({{"--out", options.out_path}, {"--json", options.json_path}}, inputs);
+  check_outputs({{"--out", options.out_path}, {"--json", options.json_path}}, inputs,
+                [&options](const std::string& file) { return scenes::companion_files(file, options.world.sandbox); });
   const bool has_shapes = !options.paths[1].empty() || !options.paths[2].empty() || !options.paths[3].empty();
   if (options.with_depth && !has_shapes)
     throw UsageError("--depth is for --spheres, --boxes and --capsules; give one of them");

@@ -479,7 +479,7 @@ int robot_command(const RobotCommandOptions& options) {
     if (!path.empty()) inputs.push_back(path);
   inputs.insert(inputs.end(), options.around.begin(), options.around.end());
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
-                inputs);
+                inputs, [&options](const std::string& file) { return scenes::companion_files(file, options.import); });
   OutputFile hits(options.hits_path), json(options.json_path);
   scenes::Robot robot = scenes::import_robot(options.file, options.import);
   named_pairs(robot, options);  // a wrong name ends the command before the work

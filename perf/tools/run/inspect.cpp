@@ -19,6 +19,7 @@
 #include "perf/tools/run/bodies_file.h"
 #include "perf/tools/run/import_summary.h"
 #include "perf/tools/run/options.h"
+#include "scenes/import/companions.h"
 #include "scenes/import/import.h"
 #include "scenes/import/printable.h"
 #include "scenes/import/unit.h"
@@ -198,7 +199,8 @@ int inspect_command(const InspectOptions& options) {
   if (!options.writes_json && !options.box_options.empty())
     throw UsageError(options.box_options.front() + ": needs --json, which writes boxes of links");
   const std::vector<std::string> inputs = {options.file, options.motion_path, options.bodies_path};
-  check_outputs({{"--json", options.json_path}, {"--write-bodies", options.write_bodies_path}}, inputs);
+  check_outputs({{"--json", options.json_path}, {"--write-bodies", options.write_bodies_path}}, inputs,
+                [&options](const std::string& file) { return scenes::companion_files(file, options.sandbox); });
   OutputFile output(options.json_path), bodies_file(options.write_bodies_path);
   scenes::ImportOptions import;
   set_unit(options.metres_per_unit, import);

@@ -17,6 +17,7 @@
 #include "perf/tools/run/import_summary.h"
 #include "perf/tools/run/options.h"
 #include "perf/tools/run/touching_pairs.h"
+#include "scenes/import/companions.h"
 #include "scenes/import/printable.h"
 
 namespace cab::perf {
@@ -47,7 +48,8 @@ void check(const RunOptions& options) {
   if (!options.containment && options.policies.exact != Exact::kSurface)
     throw UsageError("--no-containment: needs --exact surface, which looks for what is inside");
   check_outputs({{"--hits", options.hits_path}, {"--json", options.json_path}, {"--record", options.recording.path}},
-                input_paths(options.world));
+                input_paths(options.world),
+                [&options](const std::string& file) { return scenes::companion_files(file, options.world.sandbox); });
 }
 
 FrameRange choose_frames(const RunOptions& options, const scenes::Scene& scene) {

@@ -394,6 +394,45 @@ TEST_CASE("wrong use says what was wrong and how to do it right, with exit code 
   CHECK(read_text(file) == before);
 }
 
+TEST_CASE("what an input is read with is no output") {
+  const TemporaryFolder folder;
+  const std::string amc = folder / "11_01.amc", asf = folder / "11.asf", gltf = folder / "a.gltf",
+                    buffer = folder / "a b.bin", robot = folder / "r.urdf", mesh = folder / "m.obj",
+                    mjcf = folder / "r.xml", part = folder / "part.xml";
+  write_text(amc, "x");
+  write_text(gltf, R"({"buffers": [{"uri": "a%20b.bin"}]})");
+  write_text(robot,
+             "<robot name='r'><link name='a'><collision><geometry><mesh filename='m.obj'/></geometry></collision>"
+             "</link></robot>");
+  write_text(mjcf, "<mujoco><include file='part.xml'/></mujoco>");
+  for (const std::string& file : {asf, buffer, mesh, part}) write_text(file, "<mujoco/>");
+  const std::vector<Words> refused = {
+      {"run", amc, "--self", "--hits", asf},
+      {"run", amc, "--no-sandbox", "--record", asf},
+      {"run", robot, "--motion", amc, "--json", asf},
+      {"inspect", gltf, "--json", buffer},
+      {"query", amc, "--out", asf},
+      {"view", amc, "--out", asf},
+      {"sweep", gltf, "--csv", buffer},
+      {"crowd", "--scene", "battle", "--clip", gltf, "--json", buffer},
+      {"peers", "--surfaces", gltf, "--json", buffer},
+      {"robot", robot, "--hits", mesh},
+      {"robot", robot, "--no-sandbox", "--record", mesh},
+      {"robot", mjcf, "--json", part},
+      {"peers", "--robot", robot, "--json", mesh},
+      {"view", robot, "--out", mesh},
+  };
+  for (const Words& words : refused) {
+    std::string shown;
+    for (const std::string& word : words) shown += " " + word;
+    CAPTURE(shown);
+    const Outcome outcome = run_cab(words);
+    CHECK(outcome.exit_code == 2);
+    CHECK(outcome.error.find(words.back() + " is an input; write the output to another file") != std::string::npos);
+    CHECK(read_text(words.back()) == "<mujoco/>");
+  }
+}
+
 TEST_CASE("an instruction set that this machine lacks is refused with those that it has") {
   for (std::uint8_t i = 0; i < kIsaCount; ++i) {
     const Isa isa = static_cast<Isa>(i);
