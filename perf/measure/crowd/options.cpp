@@ -70,15 +70,18 @@ Command add_crowd(CLI::App& app) {
   command.add_flag("--spatial-order", o.spatial_order,
                    "store the characters so that neighbours are near each other, in the order of the first frame");
   command.add_flag("--sweep", o.sweep, "find what may have touched since the frame before too (cab::sweep_margins)");
-  add_within(command, "--coarse", "X", o.coarse.share,
-             "share of the characters, those farthest from the middle of their group, that are at a coarser level of "
-             "detail, 0 to 1 (default 0)",
-             0, 1);
+  CLI::Option* const coarse = add_within(
+      command, "--coarse", "X", o.coarse.share,
+      "share of the characters, those farthest from the middle of their group, that are at a coarser level of "
+      "detail, 0 to 1 (default 0)",
+      0, 1);
   add_choice<LodKind>(command, "--lod", kLodKindNames, o.coarse.kind, "a kind of levels of detail",
                       "what the leaves of that level are: boxes that hold what their links can reach, or nodes of the "
-                      "hierarchy (default reach)");
+                      "hierarchy (default reach)")
+      ->needs(coarse);
   add_number(command, "--lod-leaves", o.coarse.leaves, "most leaves of a character at that level (default 1)", 1,
-             kMaxLeaves);
+             kMaxLeaves)
+      ->needs(coarse);
   add_number(command, "--frames", o.frame_count, "different frames per round, 1/30 s apart (default 8)", 1,
              kMaxCrowdFrames);
   add_rounds(command, o.rounds, "rounds after one to warm up; times are their medians (default 7)");

@@ -48,6 +48,9 @@ Command add_sweep(CLI::App& app) {
   CLI::App& command =
       *app.add_subcommand("sweep", "measure what every policy costs and gains, on many scenes or on your own files");
   add_world(command, o.world, "motion files, one character each; without them the scenes below");
+  std::vector<const CLI::Option*> of_files;
+  for (const CLI::Option* option : command.get_options())
+    if (option != command.get_help_ptr()) of_files.push_back(option);
   add_read(command, "--scene", "LIST", o.scenes, sweep_scene_help(), read_sweep_scenes);
   add_number(command, "--characters", o.character_count,
              "characters of the detailed scenes and of the ropes (default 100 and 16)", 1, kMaxCrowd);
@@ -62,7 +65,12 @@ Command add_sweep(CLI::App& app) {
              "rounds, in each of which every cell has one turn; times are their medians (default 7)");
   add_json(command, o.json_path, "write one row per cell as JSON");
   add_csv(command, o.csv_path, "write one row per cell as CSV");
-  return {&command, [options] { return sweep_command(*options); }};
+  return {&command, [options, of_files] {
+            for (const CLI::Option* option : of_files)
+              if (option->count() > 0 && options->world.files.empty())
+                throw UsageError(option->get_name() + " is for FILE...; give at least one file");
+            return sweep_command(*options);
+          }};
 }
 
 }  // namespace cab::perf

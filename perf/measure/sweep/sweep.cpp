@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <iostream>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "perf/base/report.h"
@@ -17,6 +18,19 @@
 namespace cab::perf {
 namespace {
 
+// The scenes that the options name, or the default ones; none beside files.
+std::vector<std::string> choose_scenes(const SweepOptions& options) {
+  std::vector<std::string> chosen = options.scenes;
+  if (!chosen.empty() || !options.world.files.empty()) return chosen;
+  for (const scenes::NamedScene& scene : scenes::scene_list())
+    if (scene.is_for(scenes::kSweepByDefault)) chosen.push_back(scene.name);
+  return chosen;
+}
+
+bool is_sized(const std::string& scene) {
+  return std::holds_alternative<scenes::SizedCrowdScene>(scenes::find_scene(scenes::kSweepCommand, scene)->source);
+}
+
 // Throws UsageError for options that contradict each other, or policies that no cell can have.
 void check(const SweepOptions& options, const std::vector<Policies>& policies) {
   check_files(options.world);
@@ -24,24 +38,13 @@ void check(const SweepOptions& options, const std::vector<Policies>& policies) {
     throw UsageError("--body surface: a sweep judges hits by exact tests of solids; choose --body skin");
   if (std::any_of(policies.begin(), policies.end(), [](const Policies& p) { return p.exact == Exact::kSurface; }))
     throw UsageError("--exact surface: a sweep is of solids, without triangles to test; choose none, convex or fcl");
-  const bool about_files = !options.world.offsets.empty() || !options.world.metres_per_unit.empty() ||
-                           options.world.up != 0 || options.world.frames_per_second != 0 ||
-                           !options.world.motion_paths.empty();
-  if (options.world.files.empty() && about_files)
-    throw UsageError("--offset, --units, --up, --fps and --motion are for FILE...; give at least one file");
   if (!options.world.files.empty() && !options.scenes.empty())
     throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
+  const std::vector<std::string> chosen = choose_scenes(options);
+  if (options.character_count > 0 && std::none_of(chosen.begin(), chosen.end(), is_sized))
+    throw UsageError("--characters is for the detailed scenes and the ropes; choose one of them by --scene");
   check_outputs({{"--csv", options.csv_path}, {"--json", options.json_path}}, input_paths(options.world),
                 [&options](const std::string& file) { return scenes::companion_files(file, options.world.sandbox); });
-}
-
-// The scenes that the options name, or the default ones.
-std::vector<std::string> choose_scenes(const SweepOptions& options) {
-  std::vector<std::string> chosen = options.scenes;
-  if (!chosen.empty()) return chosen;
-  for (const scenes::NamedScene& scene : scenes::scene_list())
-    if (scene.is_for(scenes::kSweepByDefault)) chosen.push_back(scene.name);
-  return chosen;
 }
 
 }  // namespace
@@ -68,9 +71,8 @@ int sweep_command(const SweepOptions& options) {
     const SweepScene scene = make_files_scene(options.world);
     for (const std::string& note : scene.scene->notes) tell("note", note);
     run(scene);
-  } else {
-    for (const std::string& name : choose_scenes(options)) run(make_sweep_scene(name, options.character_count));
   }
+  for (const std::string& name : choose_scenes(options)) run(make_sweep_scene(name, options.character_count));
   write_sweep_json(json, runs);
   write_sweep_csv(csv, runs);
 

@@ -285,6 +285,8 @@ TEST_CASE("cab crowd says what was wrong and how to do it right") {
       {{"--scene", "uniform", "--area", "0"}, "--area"},
       {{"--scene", "uniform", "--coarse", "2"}, "--coarse"},
       {{"--scene", "uniform", "--coarse", "0.5", "--lod", "blobs"}, "choose reach, nodes"},
+      {{"--scene", "uniform", "--lod", "nodes"}, "--lod requires --coarse"},
+      {{"--scene", "uniform", "--lod-leaves", "3"}, "--lod-leaves requires --coarse"},
       {{"--scene", "uniform", "--coarse", "0.5", "--sweep"}, "--coarse has no figures with"},
       {{"--scene", "uniform", "--coarse", "0.5", "--lod-leaves", "0"}, "--lod-leaves"},
       {{"--scene", "level", "--level", "sand"}, "choose boxes, triangles"},
