@@ -1,9 +1,13 @@
 #include "perf/view/page.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 #include <iterator>
 #include <stdexcept>
 #include <system_error>
@@ -17,6 +21,12 @@ constexpr std::string_view kDataLine = "<!--CAB-DATA-->";
 
 // A multiple of 3, so that only the last part of a file is padded.
 constexpr std::size_t kPartBytes = std::size_t{3} << 14;
+
+bool is_standard_output(const std::string& path) {
+  struct stat named = {}, open = {};
+  return stat(path.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &open) == 0 && named.st_dev == open.st_dev &&
+         named.st_ino == open.st_ino;
+}
 
 std::ifstream open_to_read(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -86,6 +96,14 @@ void write_recording(std::ostream& out, const PageRecording& recording,
 }
 
 }  // namespace
+
+PageAlone::PageAlone(const std::string& page) {
+  if (is_standard_output(page)) buffer_ = std::cout.rdbuf(std::cerr.rdbuf());
+}
+
+PageAlone::~PageAlone() {
+  if (buffer_) std::cout.rdbuf(buffer_);
+}
 
 std::filesystem::path find_page(const std::filesystem::path& command) {
   const std::filesystem::path folder = command.parent_path();

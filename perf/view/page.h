@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <ostream>
+#include <streambuf>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,19 @@ struct Page {
 struct PageRecording {
   std::string name;  // what the page calls it
   std::string path;
+};
+
+// While it lives, what the command says goes to standard error if a page goes to standard output, where it is alone.
+class PageAlone {
+ public:
+  explicit PageAlone(const std::string& page);
+  ~PageAlone();
+  PageAlone(const PageAlone&) = delete;
+  PageAlone& operator=(const PageAlone&) = delete;
+  explicit operator bool() const { return buffer_ != nullptr; }
+
+ private:
+  std::streambuf* buffer_ = nullptr;
 };
 
 // The page beside a command: in share/cab of where it is installed, or in the build tree. Empty if there is none.

@@ -1,9 +1,6 @@
 // `cab view`: writes a page that plays recordings, or motion files and robots, which it records first.
 #include <cab/replay.h>
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -12,7 +9,6 @@
 #include <iostream>
 #include <optional>
 #include <stdexcept>
-#include <streambuf>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -101,24 +97,6 @@ std::string folder_for_recording(const std::string& page) {
   return is_device(page) ? fs::temp_directory_path().string() : fs::path(place_of(page)).parent_path().string();
 }
 
-bool is_standard_output(const std::string& path) {
-  struct stat named = {}, open = {};
-  return stat(path.c_str(), &named) == 0 && fstat(STDOUT_FILENO, &open) == 0 && named.st_dev == open.st_dev &&
-         named.st_ino == open.st_ino;
-}
-
-// While it lives, what the command says goes to standard error, so that a page is alone on standard output.
-class PageAlone {
- public:
-  PageAlone() : buffer_(std::cout.rdbuf(std::cerr.rdbuf())) {}
-  ~PageAlone() { std::cout.rdbuf(buffer_); }
-  PageAlone(const PageAlone&) = delete;
-  PageAlone& operator=(const PageAlone&) = delete;
-
- private:
-  std::streambuf* buffer_;
-};
-
 // Tests motion files or a robot, says what touches, and records that.
 void record(const ViewOptions& options, ViewKind kind, const std::string& path) {
   if (kind == ViewKind::kMotion) {
@@ -154,8 +132,7 @@ int view_command(const ViewOptions& options) {
   if (found.empty()) throw std::runtime_error(how_to_get_page());
   const Page page = read_page(found);
   OutputFile out(out_path);
-  std::optional<PageAlone> page_alone;
-  if (is_standard_output(out_path)) page_alone.emplace();
+  const PageAlone page_alone(out_path);
   std::optional<TemporaryFile> made;  // a recording that the page alone has
   if (kind != ViewKind::kRecordings) {
     made.emplace(folder_for_recording(out_path));

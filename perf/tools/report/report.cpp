@@ -132,7 +132,7 @@ ReportPage write_rows(const ReportOptions& options, Findings& findings, OutputFi
   });
   for (const ReportFile& file : findings.files)
     for (const std::string& problem : file.problems) write_problem(csv.stream(), file, problem);
-  csv.close();
+  if (csv) csv.close();
   if (pairs) write_pair_header(pairs.stream());
   findings.pairs.take_all([&](const PairTotals& pair) {
     if (pairs) write_pair(pairs.stream(), findings.files[pair.file], pair);
@@ -196,7 +196,8 @@ bool print_problems(const ReportOptions& options, const std::vector<ReportFile>&
 
 void print_outputs(const ReportOptions& options, const std::string& csv_path, const ReportPage& page,
                    std::size_t file_count, bool has_page) {
-  std::cout << scenes::printable(csv_path) << ": " << page.interval_count << " intervals of contact\n";
+  if (!csv_path.empty())
+    std::cout << scenes::printable(csv_path) << ": " << page.interval_count << " intervals of contact\n";
   if (!options.pairs_path.empty())
     std::cout << scenes::printable(options.pairs_path) << ": " << page.pair_count << " pairs of links\n";
   if (!has_page) return;
@@ -205,7 +206,8 @@ void print_outputs(const ReportOptions& options, const std::string& csv_path, co
   std::cout << scenes::printable(options.out_path) << ": " << count << " of " << file_count << " recordings inside\n";
   if (page.interval_count > page.intervals.size())
     tell("note", "the page shows the worst " + std::to_string(page.intervals.size()) + " of " +
-                     std::to_string(page.interval_count) + " intervals; " + csv_path + " has all");
+                     std::to_string(page.interval_count) + " intervals; " +
+                     (csv_path.empty() ? "--csv writes all" : csv_path + " has all"));
   if (page.pair_count > page.pairs.size())
     std::cerr << "note: the page shows the worst " << page.pairs.size() << " of " << page.pair_count
               << " pairs; --pairs writes all\n";
@@ -216,9 +218,10 @@ void print_outputs(const ReportOptions& options, const std::string& csv_path, co
 int report_command(const ReportOptions& options) {
   if (options.out_path.empty() && options.csv_path.empty())
     throw UsageError("no output; give --out REPORT.html, or --csv REPORT.csv");
-  const std::string csv_path = options.csv_path.empty()
-                                   ? std::filesystem::path(options.out_path).replace_extension(".csv").string()
-                                   : options.csv_path;
+  const PageAlone page_alone(options.out_path);
+  std::string csv_path = options.csv_path;
+  if (csv_path.empty() && !page_alone && !is_device(options.out_path))
+    csv_path = std::filesystem::path(options.out_path).replace_extension(".csv").string();
   std::vector<std::string> inputs = options.files;
   if (!options.page_path.empty()) inputs.push_back(options.page_path);
   check_outputs({{"--out", options.out_path}, {"--csv", csv_path}, {"--pairs", options.pairs_path}}, inputs);

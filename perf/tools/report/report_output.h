@@ -33,7 +33,7 @@ struct ReportPage {
   std::vector<std::optional<std::uint32_t>> recordings;  // by file: index of the embedded recording
   std::optional<double> min_depth;
   std::uint32_t min_frames = 1;
-  std::string csv_name;
+  std::string csv_name;  // empty: none
 };
 
 // The text of the JSON; perf/view/src/report/types.ts has its members.

@@ -63,7 +63,8 @@ export function notesOf(report: Report): string[] {
   const rest = (shown: number, all: number, what: string, where: string): void => {
     if (shown < all) notes.push(`The worst ${count(shown)} of ${count(all)} ${what} are here; ${where}.`);
   };
-  rest(report.intervals.length, report.interval_count, 'intervals', `${report.csv} has all`);
+  rest(report.intervals.length, report.interval_count, 'intervals',
+    report.csv === '' ? '`cab report --csv` writes all' : `${report.csv} has all`);
   rest(report.pairs.length, report.pair_count, 'pairs', '`cab report --pairs` writes all');
   return notes;
 }

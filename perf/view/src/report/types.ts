@@ -75,7 +75,7 @@ export interface Report {
   /** Filters of the command: what is less deep or shorter is in none of the rows. Null: no filter. */
   readonly min_depth: number | null;
   readonly min_frames: number;
-  /** Name of the CSV file that has all intervals. */
+  /** Name of the CSV file that has all intervals. Empty: there is none. */
   readonly csv: string;
 }
 

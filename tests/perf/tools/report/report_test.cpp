@@ -228,6 +228,23 @@ TEST_CASE("without the page of the viewer the CSV is written, and the reason why
   CHECK(read_text(files.pairs) == read_text(files.csv));
 }
 
+TEST_CASE("a page that goes to standard output is alone there, and no CSV file is beside it") {
+  const Files files;
+  const Words words = {files.recording, "--page", files.viewer, "--out", "/dev/stdout"};
+  Words piped = {"-c", "set -o pipefail; \"$@\" | cat", "bash", CAB_COMMAND, "report"};
+  piped.insert(piped.end(), words.begin(), words.end());
+  for (const Outcome& outcome : {spawn("/bin/bash", piped), run_command("report", words)}) {
+    INFO(outcome.error);
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.error.find("/dev/stdout: 1 of 1 recordings inside") != std::string::npos);
+    CHECK(outcome.error.find("csv") == std::string::npos);
+    CHECK(outcome.out.rfind("<!doctype html>\n", 0) == 0);
+    const std::string end = "<script></script>\n";
+    REQUIRE(outcome.out.size() > end.size());
+    CHECK(outcome.out.substr(outcome.out.size() - end.size()) == end);
+  }
+}
+
 TEST_CASE("wrong use is refused before anything is read or written") {
   const Files files;
   const auto refused = [&](const Words& words, const std::string& why) {
