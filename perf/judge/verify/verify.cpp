@@ -397,6 +397,7 @@ int verify(const VerifyOptions& options, const Subject& subject, std::ostream& o
   } else {
     const bool resumes = !options.resume_path.empty() && std::filesystem::exists(options.resume_path);
     if (resumes) sums = resume(options, isa);
+    if (!options.resume_path.empty()) FileAside{options.resume_path};  // throws now what the first save would throw
     Rounds(options, subject, sums).run(thread_count_of(options));
     if (!options.resume_path.empty()) write_json(options.resume_path, to_json(options.seed, isa, sums));
     rounds = sums.next_round;

@@ -432,6 +432,30 @@ TEST_CASE("a state of another seed, version or part, or of something else, is re
   CHECK(broken.error.find("is no file of cab verify") != std::string::npos);
 }
 
+TEST_CASE("a state that cannot be written is refused before the first round") {
+  static bool has_merged = false;
+  kernel::KernelTable table = genuine();
+  table.refit_boxes[0][0] = [](const kernel::RefitTile& tile) {
+    has_merged = true;
+    genuine().refit_boxes[0][0](tile);
+  };
+  perf::Subject subject;
+  subject.kernels = &table;
+  const TemporaryFolder folder;
+  perf::VerifyOptions options;
+  options.rounds = 1;
+  options.parts = {"merges"};
+  options.thread_count = 1;
+  options.resume_path = folder / "no/state.json";
+  std::ostringstream out;
+  const std::string why = "cannot write " + options.resume_path + ": No such file or directory";
+  CHECK_THROWS_WITH_AS(perf::verify(options, subject, out), why.c_str(), const std::runtime_error&);
+  CHECK(!has_merged);
+  options.resume_path = folder / "state.json";
+  CHECK(perf::verify(options, subject, out) == 0);
+  CHECK(has_merged);
+}
+
 TEST_CASE("a merge that misses its children by an ulp or more is found in every regime, with its input") {
   kernel::KernelTable table = genuine();
   table.refit_boxes[0][0] = refit_without_padding;
