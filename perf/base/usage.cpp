@@ -30,6 +30,9 @@ void check_given(const std::string& option, std::size_t given, std::size_t count
 
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs,
                    const std::function<std::vector<std::string>(const std::string& input)>& companions) {
+  for (const OutputOption& output : outputs)
+    if (output.path == "-")
+      throw UsageError(std::string(output.option) + ": '-' names no file; give /dev/stdout for standard output");
   for (std::size_t b = 1; b < outputs.size(); ++b)
     for (std::size_t a = 0; a < b; ++a)
       if (!outputs[a].path.empty() && !outputs[b].path.empty() && is_same_file(outputs[a].path, outputs[b].path))

@@ -26,9 +26,10 @@ struct OutputOption {
 // Throws UsageError unless an option is given never, once, or once for each of `count` files or clips, as `noun` says.
 void check_given(const std::string& option, std::size_t given, std::size_t count, const std::string& noun);
 
-// Throws UsageError if two outputs are one file, or if an output is also an input, by whatever names: ./x and x, links,
-// or one file that has two names. Paths that are empty are ignored. companions(input): what an input is read with, which
-// is an input too; it is asked if an output is there already, and may throw scenes::ImportError for a bad input.
+// Throws UsageError if an output is "-", which may mean standard output, if two outputs are one file, or if an output
+// is also an input, by whatever names: ./x and x, links, or one file that has two names. Paths that are empty are
+// ignored. companions(input): what an input is read with, which is an input too; it is asked if an output is there
+// already, and may throw scenes::ImportError for a bad input.
 void check_outputs(const std::vector<OutputOption>& outputs, const std::vector<std::string>& inputs,
                    const std::function<std::vector<std::string>(const std::string& input)>& companions = {});
 

@@ -61,6 +61,8 @@ TEST_CASE("empty names of files, unknown commands and options, and senseless pol
       {{"run", file, "--hits", ""}, "--hits: '' names no file"},
       {{"run", file, "--hits="}, "--hits"},
       {{"run", file, "--json", ""}, "--json: '' names no file"},
+      {{"run", file, "--json", "-"}, "--json: '-' names no file; give /dev/stdout for standard output"},
+      {{"verify", "--resume", "-"}, "--resume: '-' names no file"},
       {{"run", ""}, "FILE: '' names no file"},
       {{"inspect", ""}, "FILE: '' names no file"},
       {{"inspect", file, "--write-bodies", ""}, "--write-bodies: '' names no file"},
