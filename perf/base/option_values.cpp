@@ -7,7 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include "perf/base/report.h"
 #include "perf/base/usage.h"
 #include "scenes/import/printable.h"
 
@@ -23,6 +22,12 @@ bool read_whole(const std::string& text, T& value) {
 }
 
 bool read_finite(const std::string& text, double& value) { return read_whole(text, value) && std::isfinite(value); }
+
+// The shortest text that reads back as a number.
+std::string in_words(double number) {
+  char text[32];
+  return std::string(text, std::to_chars(text, text + sizeof(text), number).ptr);
+}
 
 double read_positive(const std::string& option, const std::string& text, const char* example) {
   double value = 0;
@@ -87,7 +92,7 @@ double read_not_negative(const std::string& option, const std::string& text) {
 double read_within(const std::string& option, const std::string& text, double least, double most) {
   double value = 0;
   if (!read_whole(text, value) || !(value >= least && value <= most))
-    reject(option, text, "a number from " + shortest(least) + " to " + shortest(most));
+    reject(option, text, "a number from " + in_words(least) + " to " + in_words(most));
   return value;
 }
 
