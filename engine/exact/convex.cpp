@@ -125,10 +125,10 @@ float margin_of(const FrameContext& frame, const Hit& hit) {
                         hit.instance_b, frame.margin);
 }
 
-// A coordinate in float: the largest float if it is beyond.
-float saturated(double value) {
+// The nearest number within float's range.
+double saturated(double value) {
   constexpr double kMost = std::numeric_limits<float>::max();
-  return static_cast<float>(std::min(std::max(value, -kMost), kMost));
+  return std::min(std::max(value, -kMost), kMost);
 }
 
 // Makes a difference of origins shorter along its direction where its square is beyond double. A gap so wide saturates
@@ -262,15 +262,15 @@ void convex_contacts(const FrameContext& frame, Span<const Hit> hits, Contact* c
     frame.kernels.contact_pairs(queue.block, found);
     for (std::uint32_t lane = 0; lane < queue.count; ++lane) {
       const std::uint32_t hit = queue.asks[lane];
-      const float depth = rounded_up(found.depth[lane]);
+      const float depth = rounded_up(saturated(found.depth[lane]));
       Contact& deepest = contacts[hit];
       if (!(depth > deepest.depth || (depth == deepest.depth && queue.rank[lane] < ranks[hit]))) continue;
       ranks[hit] = queue.rank[lane];
       deepest.depth = depth;
       for (std::size_t c = 0; c < 3; ++c) {
         deepest.normal[c] = static_cast<float>(found.normal[c][lane]);
-        deepest.point_a[c] = saturated(found.point_a[c][lane]);
-        deepest.point_b[c] = saturated(found.point_b[c][lane]);
+        deepest.point_a[c] = static_cast<float>(saturated(found.point_a[c][lane]));
+        deepest.point_b[c] = static_cast<float>(saturated(found.point_b[c][lane]));
       }
       deepest.leaf_a = static_cast<std::uint16_t>(queue.rank[lane] >> 48);
       deepest.leaf_b = static_cast<std::uint16_t>(queue.rank[lane] >> 32);

@@ -329,7 +329,7 @@ void count_hits(StoredBatches batches, std::uint32_t task) {
 }
 
 std::uint32_t begin_writing_hits(StoredBatches batches, std::uint64_t in_open_blocks, HitSink& sink) {
-  // Chains count in 32 bits: as many hits as the store has words, but not those that are counted alone.
+  // A chain's 32 bits hold all hits that are stored, since each takes a word. Those that are counted alone may be more.
   const std::uint64_t before = sink.found;
   sink.found += sink.stored_hits + in_open_blocks;
   if (sink.found > sink.job->hits.size || sink.out_of_memory) return 0;

@@ -40,6 +40,8 @@ void check(const SweepOptions& options, const std::vector<Policies>& policies) {
     throw UsageError("--exact surface: a sweep is of solids, without triangles to test; choose none, convex or fcl");
   if (!options.world.files.empty() && !options.scenes.empty())
     throw UsageError("--scene and FILE...: give one of the two; the files are a scene of their own");
+  if (options.character_count > 0 && !options.world.files.empty())
+    throw UsageError("--characters is not for FILE..., which have characters of their own");
   const std::vector<std::string> chosen = choose_scenes(options);
   if (options.character_count > 0 && std::none_of(chosen.begin(), chosen.end(), is_sized))
     throw UsageError("--characters is for the detailed scenes and the ropes; choose one of them by --scene");

@@ -298,6 +298,30 @@ TEST_CASE("compute_contacts measures links farther apart than frames test, up to
   }
 }
 
+TEST_CASE("compute_contacts measures half spaces beyond float's range on both sides") {
+  ConvexPart parts[] = {ball(1, 0, 0, 0), ball(1, 0, 0, 0)};
+  parts[1].kind = ShapeKind::kHalfSpace;
+  World world;
+  for (const ConvexPart& part : parts) {
+    Rig rig;
+    rig.parents = {-1};
+    rig.leaves = {{0, kRoom, {&part, 1}}};
+    world.members.push_back(member_at(rig, {{{0, 0, 0}}}));
+  }
+  const EnginePtr engine = make_engine_for(world);
+  for (const double height : {1e20, -1e20, 1e39, -1e39, 1e200, -1e200}) {
+    CAPTURE(height);
+    world.members[0].poses.origins = {0, 0, height};
+    const BatchInput inputs[] = {world.members[0].poses.input({1}), world.members[1].poses.input({2})};
+    const Hit pair = {{1}, 0, {2}, 0, 0, 0, 0, 0};
+    Contact contact;
+    REQUIRE(compute_contacts(*engine, {inputs, 2}, {&pair, 1}, {&contact, 1}) == Status::kOk);
+    const double most = std::numeric_limits<float>::max(), depth = std::min(std::max(-height, -most), most);
+    CHECK(std::fabs(static_cast<double>(contact.depth) / depth - 1) < 1e-6);
+    CHECK(contact.normal[2] == -1);
+  }
+}
+
 TEST_CASE("compute_contacts refuses pairs that do not exist, and writes nothing") {
   const std::vector<ConvexPart> one = {ball(1, 0, 0, 0)};
   Rig rig = rig_of(one);

@@ -417,7 +417,7 @@ TEST_CASE("bodies that grow beyond 1e18 in another pose are refused") {
 }
 
 TEST_CASE("bodies contain their mesh however far from the joint, hulls to the rounding of their vertices") {
-  for (const std::uint64_t seed : {1, 2, 3, 4}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
     for (const float away : {0.0f, 10.0f, 1e3f, 1e5f}) {
       CAPTURE(seed);
       CAPTURE(away);

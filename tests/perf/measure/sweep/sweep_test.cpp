@@ -289,7 +289,7 @@ TEST_CASE("cab sweep says what was wrong and how to do it right") {
       {{"--no-sandbox"}, "--no-sandbox is for FILE...; give at least one file"},
       {{"--scene", "hand", "--body", "skin", "--kinds", "hull"}, "--body is for FILE...; give at least one file"},
       {{"--scene", "hand", "--characters", "2"}, "--characters is for the detailed scenes and the ropes"},
-      {{anna, "--characters", "2"}, "--characters is for the detailed scenes and the ropes"},
+      {{anna, "--characters", "2"}, "--characters is not for FILE..."},
       {{anna, "--units", "1", "--units", "2"}, "2 times for 1 files"},
       {{"--scene", "hand", "--refit", "cab,fast"}, "--refit: 'fast'"},
       {{"--scene", "hand", "--refit", "cab,cab"}, "different values"},
