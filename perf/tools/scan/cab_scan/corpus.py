@@ -69,11 +69,14 @@ def find(
     problems: List[str] = []
     notes: List[str] = []
     folders = _FolderFiles()
-    for path in paths:
-        files = list(_files_of(path, frozenset(suffixes)))
-        if not files:
+    suffixes = frozenset(suffixes)
+    files: List[List[Tuple[str, str]]] = [[] for _ in paths]
+    for number, file, top in _files_of(paths, suffixes):
+        files[number].append((file, top))
+    for path, its in zip(paths, files):
+        if not its and not any(_files_of([path], suffixes)):  # not even what other paths have too
             problems.append(f"{path}: {_why_nothing(path)}")
-        for file, top in files:
+        for file, top in its:
             read = folders.options_of(file, top, root, options)
             entries.append(Entry(_source(file, root, read), None, ""))
     unique = {_names(entry): entry for entry in reversed(entries)}  # a file of several paths is read as by the first
@@ -118,36 +121,44 @@ def _why_nothing(path: str) -> str:
     return "nothing is there" if not glob.has_magic(path) else "no file has such a name"
 
 
-def _files_of(path: str, suffixes: "frozenset[str]") -> Iterator[Tuple[str, str]]:
-    # Each with the highest folder that the path names.
-    if os.path.isdir(path):
-        yield from ((file, path) for file in _files_below(path, suffixes))
-    elif os.path.exists(path):
-        yield path, os.path.dirname(path)
-    elif glob.has_magic(path):
-        top = os.path.dirname(path)
-        while glob.has_magic(top):
-            top = os.path.dirname(top)
-        for match in sorted(glob.glob(path, recursive=True)):
-            yield from ((file, top) for file in (_files_below(match, suffixes) if os.path.isdir(match) else [match]))
-
-
-def _files_below(folder: str, suffixes: "frozenset[str]") -> Iterator[str]:
-    # Links are followed last, so that a folder that has a name without them keeps it. Each is scanned once.
+def _files_of(paths: Sequence[str], suffixes: "frozenset[str]") -> Iterator[Tuple[int, str, str]]:
+    # Each with the number of its path, and the highest folder that this names. Links are followed last, so that a
+    # folder that has a name without them keeps it. Each is scanned once, whichever paths lead to it.
+    tops: List[Tuple[int, str, str]] = []
+    for number, path in enumerate(paths):
+        for match, top in _matches_of(path):
+            if os.path.isdir(match):
+                tops.append((number, match, top))
+            else:
+                yield number, match, top
+    tops.sort(key=lambda named: os.path.islink(os.path.abspath(named[1])))
     seen: Set[Tuple[int, int]] = set()
-    tops = [folder]
-    for top in tops:
-        for place, folders, names in os.walk(top, onerror=_raise):
+    for number, start, top in tops:
+        for place, folders, names in os.walk(start, onerror=_raise):
             state = os.stat(place)
             if (state.st_dev, state.st_ino) in seen:
                 folders.clear()
                 continue
             seen.add((state.st_dev, state.st_ino))
             folders.sort()
-            tops += [path for path in (os.path.join(place, name) for name in folders) if os.path.islink(path)]
+            inner = [os.path.join(place, name) for name in folders]
+            tops += [(number, path, top) for path in inner if os.path.islink(path)]
             for name in sorted(names):
                 if os.path.splitext(name)[1].lower() in suffixes:
-                    yield os.path.join(place, name)
+                    yield number, os.path.join(place, name), top
+
+
+def _matches_of(path: str) -> Iterator[Tuple[str, str]]:
+    # Files and folders, each with the highest folder that the path names.
+    if os.path.isdir(path):
+        yield path, path
+    elif os.path.exists(path):
+        yield path, os.path.dirname(path)
+    elif glob.has_magic(path):
+        top = os.path.dirname(path)
+        while glob.has_magic(top):
+            top = os.path.dirname(top)
+        yield from ((match, top) for match in sorted(glob.glob(path, recursive=True)))
 
 
 def _raise(error: OSError) -> None:

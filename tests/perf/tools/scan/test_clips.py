@@ -190,6 +190,13 @@ def test_links_to_folders_are_followed_once(tmp_path):
     assert names("corpus") == ["corpus/m/b.bvh", "corpus/m/in/c.bvh", "corpus/z/in/a.bvh"]
     assert names("start") == ["start/m/b.bvh", "start/m/in/c.bvh", "start/z/in/a.bvh"]
     assert names("far") == ["far/b.bvh", "far/back/z/in/a.bvh", "far/in/c.bvh"]
+    # Once in all paths and what a glob matches, and again without links if there is such a name.
+    for paths in (["corpus", "far"], ["corpus/[amz]", "far"], ["corpus/a", "corpus/m/", "corpus/z", "start", "far/"]):
+        assert names(*paths) == ["corpus/z/in/a.bvh", "far/b.bvh", "far/in/c.bvh"]
+    assert names("start", "corpus", "corpus/z", "corpus") == names("corpus/[a-z]") == names("corpus")
+    (tmp_path / "far/none").mkdir()
+    found = corpus.find([str(tmp_path / path) for path in ("far", "far/none")], [], "", work.FileOptions(), [".bvh"])
+    assert found.problems == [f"{tmp_path}/far/none: the folder has no file to scan in it"]
 
 
 def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
