@@ -71,10 +71,10 @@ def find(
     folders = _FolderFiles()
     suffixes = frozenset(suffixes)
     files: List[List[Tuple[str, str]]] = [[] for _ in paths]
-    for number, file, top in _files_of(paths, suffixes):
+    for number, file, top in _files_of(paths, suffixes, problems):
         files[number].append((file, top))
     for path, its in zip(paths, files):
-        if not its and not any(_files_of([path], suffixes)):  # not even what other paths have too
+        if not its and not any(_files_of([path], suffixes, [])):  # not even what other paths have too
             problems.append(f"{path}: {_why_nothing(path)}")
         for file, top in its:
             read = folders.options_of(file, top, root, options)
@@ -121,9 +121,12 @@ def _why_nothing(path: str) -> str:
     return "nothing is there" if not glob.has_magic(path) else "no file has such a name"
 
 
-def _files_of(paths: Sequence[str], suffixes: "frozenset[str]") -> Iterator[Tuple[int, str, str]]:
+def _files_of(
+    paths: Sequence[str], suffixes: "frozenset[str]", problems: List[str]
+) -> Iterator[Tuple[int, str, str]]:
     # Each with the number of its path, and the highest folder that this names. Links are followed last, so that a
-    # folder that has a name without them keeps it. Each is scanned once, whichever paths lead to it.
+    # folder that has a name without them keeps it. Each is scanned once, whichever paths lead to it. What cannot be
+    # read through a link is a problem, and no reason to scan nothing.
     tops: List[Tuple[int, str, str]] = []
     for number, path in enumerate(paths):
         for match, top in _matches_of(path):
@@ -132,10 +135,17 @@ def _files_of(paths: Sequence[str], suffixes: "frozenset[str]") -> Iterator[Tupl
             else:
                 yield number, match, top
     tops.sort(key=lambda named: os.path.islink(os.path.abspath(named[1])))
+    named = len(tops)
     seen: Set[Tuple[int, int]] = set()
-    for number, start, top in tops:
-        for place, folders, names in os.walk(start, onerror=_raise):
-            state = os.stat(place)
+    for index, (number, start, top) in enumerate(tops):
+        refuse = _raise if index < named else lambda error: problems.append(_words_of(error))
+        for place, folders, names in os.walk(start, onerror=refuse):
+            try:
+                state = os.stat(place)
+            except OSError as error:
+                refuse(error)
+                folders.clear()
+                continue
             if (state.st_dev, state.st_ino) in seen:
                 folders.clear()
                 continue
@@ -162,7 +172,11 @@ def _matches_of(path: str) -> Iterator[Tuple[str, str]]:
 
 
 def _raise(error: OSError) -> None:
-    raise CorpusError(f"{error.filename}: {error.strerror}")
+    raise CorpusError(_words_of(error))
+
+
+def _words_of(error: OSError) -> str:
+    return f"{error.filename}: {error.strerror}"
 
 
 def _source(path: str, root: str, options: FileOptions) -> Source:

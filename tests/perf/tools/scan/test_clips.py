@@ -2,6 +2,7 @@
 
 import base64
 import csv
+import errno
 import json
 import os
 import re
@@ -197,6 +198,37 @@ def test_links_to_folders_are_followed_once(tmp_path):
     (tmp_path / "far/none").mkdir()
     found = corpus.find([str(tmp_path / path) for path in ("far", "far/none")], [], "", work.FileOptions(), [".bvh"])
     assert found.problems == [f"{tmp_path}/far/none: the folder has no file to scan in it"]
+
+
+def test_a_link_to_what_cannot_be_read_leaves_the_rest(tmp_path, monkeypatch):
+    for name in ("corpus/a.bvh", "far/b.bvh", "far/in/c.bvh", "shut/d.bvh", "gone/e.bvh"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    for name in ("far", "shut", "gone"):
+        (tmp_path / "corpus" / name).symlink_to(tmp_path / name)
+
+    def refusing(function, error, *names):  # root may read all
+        def called(path=".", **more):
+            if str(path).endswith(names):
+                raise OSError(error, os.strerror(error), path)
+            return function(path, **more)
+
+        return called
+
+    monkeypatch.setattr(os, "scandir", refusing(os.scandir, errno.EACCES, "/shut", "/far/in"))
+    monkeypatch.setattr(os, "stat", refusing(os.stat, errno.ENOENT, "/gone"))
+
+    def find(path):
+        return corpus.find([str(path)], [], str(tmp_path), work.FileOptions(), [".bvh"])
+
+    found = find(tmp_path / "corpus")
+    assert [entry.source.name for entry in found.entries] == ["corpus/a.bvh", "corpus/far/b.bvh"]
+    assert found.problems == [
+        f"{tmp_path}/corpus/far/in: Permission denied", f"{tmp_path}/corpus/gone: No such file or directory",
+        f"{tmp_path}/corpus/shut: Permission denied",
+    ]
+    with pytest.raises(corpus.CorpusError, match="far/in: Permission denied"):
+        find(tmp_path / "far")
 
 
 def test_what_the_reader_doubts_is_told_once_and_in_the_table(scan, quick):
