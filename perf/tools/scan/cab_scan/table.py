@@ -59,17 +59,17 @@ _ERRORS = (sqlite3.Error, UnicodeDecodeError)
 _KEY_IS = " AND ".join(f"{column} = ?" for column in KEY_COLUMNS)
 _ORDER = ", ".join((*KEY_COLUMNS, "sequence"))
 
-# What a merge takes of the table `other`: robots as a whole, unless more chunks of them are done here, and all other
-# work, unless it got further here.
+# What a merge takes of the table `other`: robots as a whole, unless more states of them are done here, and all other
+# work, unless it got further here. A last chunk may be short, so chunks are not counted.
 _KEY, _ROBOT = ", ".join(KEY_COLUMNS), "file, policies, options"
 _IS_ROBOT = f"what IN ('{SAMPLES}', '{STATES}')"
-_CHUNKS_DONE = f"""(SELECT count(*) FROM {{}}.work
+_STATES_DONE = f"""(SELECT total(frames) FROM {{}}.work
    WHERE {_IS_ROBOT} AND outcome = '{DONE}' AND ({_ROBOT}) = (its.file, its.policies, its.options))"""
 _PROGRESS = f"CASE {{}}.outcome WHEN '{DONE}' THEN 2 WHEN '{BAD}' THEN 1 ELSE 0 END"
 _SAME_KEY = " AND ".join(f"mine.{column} = its.{column}" for column in KEY_COLUMNS)
 _TAKEN_ROBOTS = f"""CREATE TEMP TABLE taken_robots AS SELECT {_ROBOT} FROM
   (SELECT {_ROBOT} FROM other.work WHERE {_IS_ROBOT} UNION SELECT {_ROBOT} FROM other.pairs) AS its
-  WHERE {_CHUNKS_DONE.format("other")} >= {_CHUNKS_DONE.format("main")}"""
+  WHERE {_STATES_DONE.format("other")} >= {_STATES_DONE.format("main")}"""
 _TAKEN = f"""CREATE TEMP TABLE taken AS SELECT DISTINCT {_KEY} FROM other.work AS its WHERE
   CASE WHEN {_IS_ROBOT} THEN ({_ROBOT}) IN (SELECT {_ROBOT} FROM taken_robots)
   ELSE NOT EXISTS (SELECT 1 FROM main.work AS mine
@@ -255,8 +255,8 @@ class Table:
     def merge(self, path: str) -> None:
         """Takes over rows of another table, which `reserved` holds: in the place of those of the same keys.
 
-        What is done stays, if the other has only an error of it. Robots are taken with all chunks, unless there are
-        more that are done here.
+        What is done stays, if the other has only an error of it. Robots are taken with all chunks, unless more of their
+        states are done here.
         """
         columns = ", ".join((*KEY_COLUMNS, *RESULT_COLUMNS, *COST_COLUMNS))
         contacts = ", ".join(f"contact.{column}" for column in CONTACT_COLUMNS)

@@ -246,10 +246,11 @@ def clip_row(outcome, version="1", file="a.bvh"):
     return work.Row(key, outcome=outcome, version=version, contacts=contacts)
 
 
-def robot_row(what, first, outcome=work.DONE, options="{}"):
-    key = work.Key("r.urdf", "", f"{first}+8", what, "p", options)
-    pairs = [work.LinkPair("a", "b", "", 5, first)] if outcome == work.DONE else []
-    return work.Row(key, outcome=outcome, version="1", pairs=pairs)
+def robot_row(what, first, outcome=work.DONE, options="{}", states=8):
+    key = work.Key("r.urdf", "", f"{first}+{states}", what, "p", options)
+    is_done = outcome == work.DONE
+    pairs = [work.LinkPair("a", "b", "", 5, first)] if is_done else []
+    return work.Row(key, outcome=outcome, version="1", frames=states if is_done else None, pairs=pairs)
 
 
 def merged_of(folder, *tables):
@@ -300,7 +301,7 @@ def robot_rows(states):
     ((robot_rows(2), robot_rows(2)), 2),
     ((robot_rows(2), [robot_row(work.STATES, 0, work.BAD)]), 2),
 ])
-def test_a_merge_keeps_the_robot_of_which_more_chunks_are_done(tmp_path, tables, states):
+def test_a_merge_keeps_the_robot_of_which_more_states_are_done(tmp_path, tables, states):
     other = robot_row(work.STATES, 0, options='{"seed": 2}')  # of which the last table knows nothing
     rows, _, pairs = merged_of(tmp_path, [*tables[0], other], *tables[1:])
     assert sorted(row[1] for row in rows) == [work.SAMPLES] + [work.STATES] * (states + 1)
@@ -308,6 +309,16 @@ def test_a_merge_keeps_the_robot_of_which_more_chunks_are_done(tmp_path, tables,
     assert [(what, options, count) for what, _, options, _, _, _, count, _ in pairs] == [
         (work.SAMPLES, "{}", 5), (work.STATES, other.key.options, 5), (work.STATES, "{}", 5 * states),
     ]
+
+
+def test_a_merge_counts_states_not_chunks(tmp_path):
+    large = [robot_row(work.STATES, 0, states=8), robot_row(work.STATES, 8, states=8)]
+    small = [robot_row(work.STATES, 0, states=8), robot_row(work.STATES, 8, states=1)]
+    for order in ([large, small], [small, large]):
+        folder = tmp_path / str(order.index(small))
+        folder.mkdir()
+        rows, _, _ = merged_of(folder, *order)
+        assert [row[2] for row in rows] == ["0+8", "8+8"]
 
 
 def test_a_merge_takes_a_matrix_that_has_no_chunks_of_its_own(tmp_path):
