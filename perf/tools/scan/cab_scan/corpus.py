@@ -63,7 +63,7 @@ def find(
     """All files of folders (and those below), globs, names and list files. Names in the table are relative to a root.
 
     A file has the options of the files cab-scan.csv above it, up to PATH, the list's folder or the root; those of the
-    columns of a list win.
+    columns of a list win. A file that a list names is read as its lines say alone, even if paths have it too.
     """
     entries: List[Entry] = []
     problems: List[str] = []
@@ -81,22 +81,23 @@ def find(
             entries.append(Entry(_source(file, root, read), None, ""))
     unique = {_names(entry): entry for entry in reversed(entries)}  # a file of several paths is read as by the first
     known = {_key(entry) for entry in unique.values()}
-    listed: List[Entry] = []
+    listed: Dict[Tuple[object, ...], Entry] = {}
     for name in lists:
         repeated = []
         for entry in _read_list(name, root, options, folders):
             if _key(entry) in known:
                 repeated.append(entry.source.name)
-            else:
-                listed.append(entry)
             known.add(_key(entry))
+            listed.setdefault(_key(entry), entry)
         if repeated:
             lines = "1 line repeats" if len(repeated) == 1 else f"{len(repeated)} lines repeat"
             notes.append(f"{name}: {lines} what is named before; the first is of {repeated[0]}")
-    sources = [source for entry in (*entries, *listed) for source in (entry.source, entry.other) if source]
+    for entry in listed.values():  # a list says how a file is read, not the path that it is below
+        unique.pop(_names(entry), None)
+    sources = [source for entry in (*entries, *listed.values()) for source in (entry.source, entry.other) if source]
     read_files = [path for source in sources for path in (source.path, source.options.motion) if path]
     return Found(
-        sorted([*unique.values(), *listed], key=_names), problems, [*folders.notes(), *notes],
+        sorted([*unique.values(), *listed.values()], key=_names), problems, [*folders.notes(), *notes],
         [*read_files, *folders.files()],
     )
 

@@ -156,6 +156,25 @@ def test_lines_of_a_list_with_other_options_are_rows_of_their_own(scan, quick):
     assert len(scan.rows(table="paths.sqlite")) == 2
 
 
+def test_a_list_says_how_files_of_paths_are_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_corpus(tmp_path / "corpus", 2)
+    one, two = "corpus/left/clip0001.bvh", "corpus/right/clip0000.bvh"
+
+    def find(text):
+        (tmp_path / "list.csv").write_text(text)
+        found = corpus.find(["corpus"], ["list.csv"], "", work.FileOptions(), [".bvh"])
+        entries = [(entry.source.name, entry.part, entry.source.options.units) for entry in found.entries]
+        return entries, found.notes
+
+    assert find(f"path,units\n{one},2\n") == ([(one, "", 2), (two, "", None)], [])
+    # The path's options are one of its lines.
+    told = [f"list.csv: 1 line repeats what is named before; the first is of {one}"]
+    assert find(f"path,units\n{one},2\n{one},\n") == ([(one, "", 2), (one, "", None), (two, "", None)], told)
+    # Other work of the same file.
+    assert find(f"path,part\n{one},a\n") == ([(one, "", None), (one, "a", None), (two, "", None)], [])
+
+
 def larger(text, factor):
     """A BVH text with other lengths."""
     lines = text.splitlines()
