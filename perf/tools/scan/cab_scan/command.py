@@ -50,7 +50,7 @@ def _scan(chosen: argparse.Namespace) -> int:
     entries = found.entries
     if chosen.what == "pairs":
         entries = _pairs(entries, chosen.pattern)
-    elif chosen.what == "robot":  # which no options of files change
+    elif chosen.what in ("robot", "recordings"):  # which no options of files change
         entries = list({entry.source.name: entry for entry in entries}.values())
     for problem in (*found.notes, *found.problems):
         tell(f"cab scan: {problem}", sys.stderr)

@@ -405,6 +405,10 @@ def test_recordings_are_replayed_and_reported(scan, quick):
     assert good["depth"] == pytest.approx(same["depth"], rel=1e-6)
     assert cut["outcome"] == "bad" and "cut off" in cut["error"]
     assert quick("recordings", ".").hash == outcome.hash
+    # No columns of a list change how a recording is read, so it is one row.
+    (scan.folder / "list.csv").write_text("path,units,part\narm.cab,1,\narm.cab,2,\narm.cab,,a\n")
+    assert quick("recordings", "--list", "list.csv", "--table", "listed.sqlite").code == 0
+    assert [row["file"] for row in scan.rows(table="listed.sqlite")] == ["arm.cab"]
 
 
 def test_a_loader_yields_arrays(scan, monkeypatch):
