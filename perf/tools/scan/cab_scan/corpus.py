@@ -352,13 +352,16 @@ class _FolderFiles:
         self._owners: Dict[str, Set[int]] = {}  # by their names; none of a file that is not there
         self._read: Dict[str, _FolderFile] = {}
         self._left: Dict[str, str] = {}  # by their names, why they do not count
-        self._used: Dict[Tuple[str, int, str], Set[str]] = {}  # by name, line and what it sets: for which files
+        self._used: Dict[Tuple[str, int, str], int] = {}  # by name, line and what it sets: for how many files
+        self._counted: Dict[str, int] = {}  # by files, the length of the highest folder whose lines count them
 
     def options_of(self, file: str, top: str, root: str, options: FileOptions) -> FileOptions:
         """Of a file below a folder `top`. The nearest folder has the last word, in each the last line that matches."""
         path, top = os.path.abspath(file), os.path.abspath(top)
         if root and len(root) < len(top) and _is_below(root, path):
             top = root
+        counted = self._counted.get(path, len(path))
+        self._counted[path] = min(counted, len(top))
         for place in reversed(_folders_above(path)):
             where = os.path.join(place, FOLDER_FILE)
             if not self._counts(where, len(place) < len(top), path):
@@ -366,7 +369,7 @@ class _FolderFiles:
             if where not in self._read:
                 self._read[where] = _FolderFile(where)
             for line in self._read[where].lines_of(os.path.relpath(path, place)):
-                options = self._changed(where, line, path, options)
+                options = self._changed(where, line, len(place) < counted, options)
         return options
 
     def _counts(self, where: str, is_above: bool, path: str) -> bool:
@@ -384,7 +387,7 @@ class _FolderFiles:
             return bool(owners)
         return False
 
-    def _changed(self, where: str, line: _Line, path: str, options: FileOptions) -> FileOptions:
+    def _changed(self, where: str, line: _Line, is_new: bool, options: FileOptions) -> FileOptions:
         values = {name: text for name, text in line.values.items() if text and name != "path"}
         try:
             motion = os.path.normpath(values.get("motion", ""))
@@ -395,13 +398,13 @@ class _FolderFiles:
             raise CorpusError(f"{where}: line {line.number}: {error}") from error
         if values:
             key = (where, line.number, ", ".join(f"{name}={text}" for name, text in values.items()))
-            self._used.setdefault(key, set()).add(path)
+            self._used[key] = self._used.get(key, 0) + is_new
         return options
 
     def notes(self) -> List[str]:
         """A line for each line that set something, and for each file that does not count."""
         used = [
-            f"{where}: line {line} sets {what} for {len(files)} file{'' if len(files) == 1 else 's'}"
+            f"{where}: line {line} sets {what} for {files} file{'' if files == 1 else 's'}"
             for (where, line, what), files in sorted(self._used.items())
         ]
         return used + [f"{where} is not read: {why}" for where, why in sorted(self._left.items())]
