@@ -234,7 +234,8 @@ def _check_together(options: argparse.Namespace) -> None:
     has_surface = with_options(FileOptions(), given, "").body == "surface"
     check_tests(options, has_surface)
     for name in ("states", "samples"):
-        if options.what == "robot" and getattr(options, name) > options.chunk * _MOST_CHUNKS:
+        is_used = options.what == "robot" and not (name == "samples" and options.srdf)
+        if is_used and getattr(options, name) > options.chunk * _MOST_CHUNKS:
             raise ValueError(f"--{name} has more than {_MOST_CHUNKS} chunks of {options.chunk}: raise --chunk")
 
 

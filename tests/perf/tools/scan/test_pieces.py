@@ -164,6 +164,8 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         assert end.value.code == 2 and told in capsys.readouterr().err
     for text, states in (("1e9", 10**9), ("1.5e3", 1500), ("68719476736", 1 << 36)):
         assert options.parse(["robot", "a", "--states", text], "1").states == states
+    # Without samples, which an SRDF file leaves out.
+    assert options.parse(["robot", "a", "--srdf", "b", "--samples", "1e12"], "1").srdf == "b"
     for words in (["--body", "skin", "--min-depth", "0.01"], ["--body", "surface", "--policies", "exact=none"]):
         assert options.parse(["self", "a", *words], "1").paths == ["a"]
 
