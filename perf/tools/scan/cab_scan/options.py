@@ -24,9 +24,12 @@ class _Count:
 
     def __call__(self, text: str) -> int:
         try:
-            value = float(text) if re.fullmatch(r"\d+(\.\d+)?e\d+", text) else int(text)
-            is_whole = isinstance(value, int) or value.is_integer()  # infinity is none
-            number = int(value) if is_whole else self._least - 1
+            if re.fullmatch("[0-9]+", text):
+                number = int(text)
+            elif re.fullmatch(r"[0-9]+(\.[0-9]+)?e[0-9]+", text) and float(text).is_integer():  # infinity is none
+                number = int(float(text))
+            else:
+                number = self._least - 1
         except ValueError:
             number = self._least - 1
         if not self._least <= number <= self._most:
@@ -45,14 +48,14 @@ def _length(text: str) -> float:
 
 
 def _shard(text: str) -> Tuple[int, int]:
-    number, sign, count = text.partition("/")
-    if not (sign and number.isdigit() and count.isdigit() and 1 <= int(number) <= int(count)):
+    match = re.fullmatch("([0-9]{1,18})/([0-9]{1,18})", text)
+    if not match or not 1 <= int(match[1]) <= int(match[2]):
         raise argparse.ArgumentTypeError(f"{text!r}: I/N with I from 1 to N is wanted, such as 1/4")
-    return int(number), int(count)
+    return int(match[1]), int(match[2])
 
 
 def _memory(text: str) -> str:
-    if not re.fullmatch(r"\d+(\.\d+)?\s*([kMG]i?B?)", text):
+    if not re.fullmatch(r"[0-9]+(\.[0-9]+)?\s*([kMG]i?B?)", text):
         raise argparse.ArgumentTypeError(f"{text!r}: a size with its unit is wanted, for example 2GB or 800MB")
     if not re.search("[1-9]", text):
         raise argparse.ArgumentTypeError(f"{text!r}: a process needs memory")

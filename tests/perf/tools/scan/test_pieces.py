@@ -147,6 +147,10 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         (["robot", "a", "--states", "1.2345e2"], "a whole number"),
         (["self", "a", "--gap", "1e9999"], "a whole number"),
         (["self", "a", "--gap", "9" * 5000], "a whole number"),
+        *((["self", "a", "--gap", text], "a whole") for text in ("1_0", " 1", "1 ", "+1", "-1", "1\n", "١", "²")),
+        *((["robot", "a", "--states", text], "a whole number") for text in ("1_0e1", "١e2", "1e+2", "1e٢", "1.٠e1")),
+        *((["self", "a", "--shard", text], "I/N with I from 1 to N") for text in ("١/٢", "²/²", "1/" + "9" * 5000)),
+        (["self", "a", "--memory", "٢GB"], "a size with its unit"),
         (["robot", "a", "--states", "1e12"], "--states has more than 1048576 chunks of 65536: raise --chunk"),
         (["robot", "a", "--samples", "3e6", "--chunk", "2"], "--samples has more than 1048576 chunks of 2"),
         (["robot", "a", "--package", "x"], "NAME=DIR"),
@@ -162,7 +166,7 @@ def test_the_command_line_refuses_what_is_wrong(capsys):
         with pytest.raises(SystemExit) as end:
             options.parse(words, "1")
         assert end.value.code == 2 and told in capsys.readouterr().err
-    for text, states in (("1e9", 10**9), ("1.5e3", 1500), ("68719476736", 1 << 36)):
+    for text, states in (("1e9", 10**9), ("1.5e3", 1500), ("0010", 10), ("68719476736", 1 << 36)):
         assert options.parse(["robot", "a", "--states", text], "1").states == states
     # Without samples, which an SRDF file leaves out.
     assert options.parse(["robot", "a", "--srdf", "b", "--samples", "1e12"], "1").srdf == "b"
