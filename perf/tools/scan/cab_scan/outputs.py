@@ -1,5 +1,6 @@
 """Files to write, which must not be files to read: compared as files, whatever their names."""
 
+import contextlib
 import os
 import stat
 from typing import Dict, Iterable, Sequence, Tuple, Union
@@ -16,8 +17,10 @@ class OutputError(ValueError):
 
 def check(table: str, csv: Sequence[str], read: Iterable[str]) -> None:
     """Raises OutputError unless the table and the CSV files are files of their own, which nothing reads."""
-    if table in ("", ":memory:"):
+    if table in ("", ":memory:", "-"):
         raise OutputError("--table: the name of a file is wanted")
+    if "-" in csv:
+        raise OutputError("--csv: the name of a file is wanted")
     # SQLite writes beside a table too.
     real = os.path.realpath(table)
     wanted = [("--table", table), *(("--table", real + end) for end in (".lock", "-wal", "-shm", "-journal"))]
@@ -48,11 +51,14 @@ def _identity(path: str) -> _Identity:
 
 
 def _check_kind(option: str, path: str) -> None:
-    # A CSV file takes the place of what has its name, and a device must keep it.
+    # A CSV file takes the place of what has its name: a device must keep it, and a report would be lost.
     try:
-        mode = os.stat(path).st_mode
+        state = os.stat(path)
     except (OSError, ValueError):
         return
-    if not stat.S_ISREG(mode):
-        kind = "a directory" if stat.S_ISDIR(mode) else "not a regular file"
+    if not stat.S_ISREG(state.st_mode):
+        kind = "a directory" if stat.S_ISDIR(state.st_mode) else "not a regular file"
         raise OutputError(f"{option}: {path} is {kind}")
+    with contextlib.suppress(OSError):  # which may be closed
+        if os.path.samestat(state, os.fstat(1)):
+            raise OutputError(f"{option}: {path} is standard output, which has the report")

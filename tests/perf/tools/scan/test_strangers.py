@@ -280,11 +280,28 @@ def test_an_output_is_neither_an_input_nor_another_output(scan):
         (["corpus", "--csv", "corpus"], "is a directory"),
         (["corpus", "--table", ""], "the name of a file is wanted"),
         (["corpus", "--table", ":memory:"], "the name of a file is wanted"),
+        (["corpus", "--table", "-"], "the name of a file is wanted"),
+        (["corpus", "--csv", "-"], "the name of a file is wanted"),
         (["corpus", "--table", "a.csv", "--csv", "a.csv.lock"], "are the same file"),
     ):
         outcome = scan.here("self", *words)
         assert outcome.code == 2 and told in outcome.error, (words, outcome)
     assert {path: path.read_bytes() for path in scan.folder.rglob("*") if path.is_file()} == before
+
+
+def test_no_output_is_standard_output(scan):
+    write_corpus(scan.folder / "corpus", 1)
+    for words in (["--csv", "/dev/stdout"], ["--csv", "report"], ["--table", "report"]):
+        with open(scan.folder / "report", "a+", encoding="utf-8") as report:
+            report.write("what was there before")
+            report.flush()
+            outcome = scan("self", "corpus", *words, stdout=report)
+        assert outcome.code == 2 and outcome.error == (
+            f"cab scan: {words[0]}: {words[1]} is standard output, which has the report\n"
+        )
+    assert (scan.folder / "report").read_text() == "what was there before" * 3
+    outcome = scan("self", "corpus", "--csv", "/dev/stdout")
+    assert outcome.code == 2 and "/dev/stdout is not a regular file" in outcome.error
 
 
 def test_an_output_that_is_a_link_stays_one(scan, quick):
