@@ -132,6 +132,7 @@ class RobotScan:
     def _key(self, what: str, source: Source) -> Key:
         return Key(source.name, "", "", what, self._policies, self._options)
 
+
 def _states_of(part: str, table: Table) -> Tuple[int, int]:
     try:
         first, count = map(int, part.split("+"))
