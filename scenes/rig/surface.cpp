@@ -78,20 +78,18 @@ void measure_distance(const CheckedSkin& skin, const LinkMap& map, const Surface
   }
 }
 
-// Makes the box about a cluster as its link alone would move it.
-// Statuses: kBadVertices, kOutOfMemory.
-SkinStatus box_in_link(const SurfaceMesh& mesh, const Cluster& cluster, Box& box) {
+// The box about a cluster as its link alone would move it. The library has taken the cluster, so it has a box.
+Box box_in_link(const SurfaceMesh& mesh, const Cluster& cluster) {
   const Affine bind = link_bones(mesh, std::vector<RigidFrame>(mesh.skin.inverse_bind.size() / 16))[cluster.link];
   std::vector<float> points;
   for (const std::uint32_t v : vertices_of(mesh, cluster))
     for (const double x : transform(bind, place_of(mesh, v))) points.push_back(static_cast<float>(x));
-  const Status status = fit_box(points, &box);
-  if (status == Status::kOutOfMemory) return SkinStatus::kOutOfMemory;
-  return status == Status::kOk ? SkinStatus::kOk : SkinStatus::kBadVertices;
+  Box box;
+  if (fit_box(points, &box) != Status::kOk) throw std::bad_alloc();
+  return box;
 }
 
-// Statuses: kBadVertices, kOutOfMemory.
-SkinStatus describe(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters, rig::SkinBodyStorage& storage) {
+void describe(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters, rig::SkinBodyStorage& storage) {
   storage.surface = mesh.skin;
   for (const Cluster& cluster : clusters)
     for (const std::uint32_t t : cluster.triangles) {
@@ -104,11 +102,10 @@ SkinStatus describe(const SurfaceMesh& mesh, const std::vector<Cluster>& cluster
     Leaf leaf;
     leaf.link = cluster.link;
     leaf.triangles = {next, 3 * cluster.triangles.size()};
-    if (const SkinStatus status = box_in_link(mesh, cluster, leaf.box); status != SkinStatus::kOk) return status;
+    leaf.box = box_in_link(mesh, cluster);
     next += leaf.triangles.size;
     storage.leaves.push_back(leaf);
   }
-  return SkinStatus::kOk;
 }
 
 SurfaceInfo info_of(const SurfaceMesh& mesh, const std::vector<Cluster>& clusters) {
@@ -164,8 +161,7 @@ SkinStatus make_surface(const rig::Skin& skin, const SurfaceRules& rules, rig::S
   storage.link_parents = map.parents;
   storage.joints = map.joints;
   storage.ignored_pairs = neighbour_links(checked, map, static_cast<double>(every_joint.shared_weight));
-  status = describe(mesh, clusters, storage);
-  if (status != SkinStatus::kOk) return status;
+  describe(mesh, clusters, storage);
   info = info_of(mesh, clusters);
   measure_distance(checked, map, mesh, info);
   return SkinStatus::kOk;
