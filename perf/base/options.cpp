@@ -108,6 +108,13 @@ void add_csv(CLI::App& command, std::string& path, const std::string& meaning) {
   add_path(command, "--csv", path, meaning)->type_name("OUT.csv");
 }
 
+std::vector<const CLI::Option*> own_options(const CLI::App& command) {
+  std::vector<const CLI::Option*> own;
+  for (const CLI::Option* option : command.get_options())
+    if (option != command.get_help_ptr()) own.push_back(option);
+  return own;
+}
+
 void add_rounds(CLI::App& command, std::uint32_t& rounds, const std::string& meaning) {
   add_number(command, "--rounds", rounds, meaning, 1, kMaxRounds);
 }

@@ -55,6 +55,9 @@ CLI::Option* add_read(CLI::App& command, const std::string& option, const std::s
                   [&value, option, read](const std::string& text) { value = static_cast<T>(read(option, text)); });
 }
 
+// The options that a command has so far, but for --help.
+std::vector<const CLI::Option*> own_options(const CLI::App& command);
+
 // Adds an option that takes a number from least to most; add_number a whole one, in decimal digits.
 template <class T>
 CLI::Option* add_within(CLI::App& command, const std::string& option, const std::string& type, T& number,

@@ -48,9 +48,7 @@ Command add_sweep(CLI::App& app) {
   CLI::App& command =
       *app.add_subcommand("sweep", "measure what every policy costs and gains, on many scenes or on your own files");
   add_world(command, o.world, "motion files, one character each; without them the scenes below");
-  std::vector<const CLI::Option*> of_files;
-  for (const CLI::Option* option : command.get_options())
-    if (option != command.get_help_ptr()) of_files.push_back(option);
+  const std::vector<const CLI::Option*> of_files = own_options(command);
   add_read(command, "--scene", "LIST", o.scenes, sweep_scene_help(), read_sweep_scenes);
   add_number(command, "--characters", o.character_count,
              "characters of the detailed scenes and of the ropes (default 100 and 16)", 1, kMaxCrowd);

@@ -59,9 +59,7 @@ std::vector<CLI::Option*> add_query_files(CLI::App& command, QueryOptions& o) {
 // Adds FILE... with its options, and --scene with its own. Returns the options of files.
 std::vector<const CLI::Option*> add_targets(CLI::App& command, QueryOptions& o) {
   add_world(command, o.world, "motion files, one character each");
-  std::vector<const CLI::Option*> of_files;
-  for (const CLI::Option* option : command.get_options())
-    if (option != command.get_help_ptr()) of_files.push_back(option);
+  const std::vector<const CLI::Option*> of_files = own_options(command);
   CLI::Option* scene = add_read(command, "--scene", joined(own_scenes(), "|"), o.scene,
                                 "instead of files: a scene of `cab crowd`", read_scene);
   add_number(command, "--characters", o.character_count, "of --scene: number of characters (default 10000)", 1,
