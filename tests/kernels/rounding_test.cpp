@@ -66,6 +66,9 @@ static_assert(Real{kLinkPads} >= kLinkPadding && Real{kLinkRange} >= kLinkLimit)
 // The slack for which a link's box was derived. With another slack, step 6.1 has to be derived again.
 static_assert(kSlackGrow == 24 * kU && kSlackEdge == 16 * kU);
 
+// The larger of two, or NaN if one is.
+Real larger_or_nan(Real a, Real b) { return std::isnan(b) || a < b ? b : a; }
+
 // Numbers on which a claim is tried. The claim says what they mean.
 using Numbers = std::vector<float>;
 
@@ -78,6 +81,7 @@ Real worst_ratio(Make make, Ratio ratio, int starts, int steps) {
   for (int start = 0; start < starts; ++start) {
     Numbers best = make(random);
     Real most = ratio(best);
+    REQUIRE_FALSE(std::isnan(most));
     for (int step = 0; step < steps; ++step) {
       Numbers next = best;
       for (unsigned change = 0; change <= random.index(3); ++change) {
@@ -89,6 +93,7 @@ Real worst_ratio(Make make, Ratio ratio, int starts, int steps) {
         }
       }
       const Real r = ratio(next);
+      REQUIRE_FALSE(std::isnan(r));
       if (r < most) continue;
       most = r;
       best = next;
@@ -201,9 +206,11 @@ TEST_CASE("products and frames err no more than derived (proof.md, part 1)") {
                               const Rotation r = rotation_of(n, 0);
                               const Lanes3 a = lanes(r.column[0]), b = lanes(r.column[1]);
                               const Point error = exact(kernel::cross(a, b)) - cross(exact(a), exact(b));
-                              return std::max({std::fabs(dot(error, r.column[0])) / (kCrossAcross * kU),
-                                               std::fabs(dot(error, r.column[1])) / (kCrossAcross * kU),
-                                               std::fabs(dot(error, r.column[2])) / (kCrossAlong * kU)});
+                              Real most = 0;
+                              for (int k = 0; k < 3; ++k)
+                                most = larger_or_nan(most, std::fabs(dot(error, r.column[k])) /
+                                                               ((k < 2 ? kCrossAcross : kCrossAlong) * kU));
+                              return most;
                             },
                             300, 3000));
   const auto two_boxes = [](Random& random) {
@@ -289,7 +296,7 @@ Real axes_ratio(const PosedCase& c) {
   Real worst = 0;
   for (std::size_t l = 0; l < 3; ++l) {
     const Point y = solve(axis, c.turn(c.pose(oracle::convert<Real>(oracle::to_vec3(c.local.axis[l])))) - axis[l]);
-    worst = std::max(worst, norm_max(y));
+    for (std::size_t k = 0; k < 3; ++k) worst = larger_or_nan(worst, std::fabs(y[k]));
   }
   return worst / (kU * (c.rotated ? kPosedAxesRotated : kPosedAxes));
 }
@@ -368,7 +375,7 @@ TEST_CASE("merging and bounding err no more than derived (proof.md, parts 3 and 
       const OracleBox<Real> box = oracle::convert<Real>(box_of(*child));
       for (unsigned i = 0; i < 8; ++i) {
         const Point y = solve(axis, oracle::corner(box, i) - exact(parent.center));
-        for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::fabs(y[k]) - (padded[k] - pad));
+        for (std::size_t k = 0; k < 3; ++k) most = larger_or_nan(most, std::fabs(y[k]) - (padded[k] - pad));
       }
     }
     return most;
@@ -402,7 +409,8 @@ TEST_CASE("merging and bounding err no more than derived (proof.md, parts 3 and 
                       for (unsigned i = 0; i < 8; ++i) {
                         const Point corner = oracle::corner(e, i), hi = exact(bounds.hi), lo = exact(bounds.lo);
                         for (std::size_t c = 0; c < 3; ++c)
-                          most = std::max({most, corner[c] - (hi[c] - pad), lo[c] + pad - corner[c]});
+                          for (const Real beyond : {corner[c] - (hi[c] - pad), lo[c] + pad - corner[c]})
+                            most = larger_or_nan(most, beyond);
                       }
                       return most / (kU * (kBoundsSize * size + kBoundsPlace * place));
                     },
@@ -436,7 +444,7 @@ SlackNeeds slack_needs(const oracle::BoxPair& pair) {
   }
   SlackNeeds out;
   const auto face = [&](float distance, float own, float other) {
-    out.face = std::max(out.face, (Real{std::fabs(distance)} - Real{own + other}) / (kFace * kU * size));
+    out.face = larger_or_nan(out.face, (Real{std::fabs(distance)} - Real{own + other}) / (kFace * kU * size));
   };
   for (int k = 0; k < 3; ++k) {
     face(t[k], half_a[k], half_b[0] * q[k][0] + half_b[1] * q[k][1] + half_b[2] * q[k][2]);
@@ -452,7 +460,7 @@ SlackNeeds slack_needs(const oracle::BoxPair& pair) {
       const Real length_b = std::hypot(Real{q[i][j1]}, Real{q[i][j2]});
       const Real bound = kU * (kEdge * std::min(length_a, length_b) * size + kEdgeAlways * size_b);
       const Real lacks = Real{std::fabs(t[i2] * r[i1][j] - t[i1] * r[i2][j])} - Real{reached};
-      if (lacks > 0) out.edge = std::max(out.edge, bound > 0 ? lacks / bound : 2.0);
+      if (!(lacks <= 0)) out.edge = larger_or_nan(out.edge, bound > 0 ? lacks / bound : 2.0);
     }
   }
   return out;
@@ -508,12 +516,13 @@ TEST_CASE("the overlap test errs no more than derived (proof.md, part 5)") {
         if (!(oracle::frame_error(next.a) <= 1 && oracle::frame_error(next.b) <= 1)) continue;
         if (!oracle::judge_overlap(next.a, next.b, oracle::exact_offset(next)).overlap) continue;
         const SlackNeeds needs = slack_needs(next);
+        REQUIRE_FALSE((std::isnan(needs.face) || std::isnan(needs.edge)));
         if (aimed(needs) < aimed(most)) continue;
         most = needs;
         best = next;
       }
-      worst.face = std::max(worst.face, most.face);
-      worst.edge = std::max(worst.edge, most.edge);
+      worst.face = larger_or_nan(worst.face, most.face);
+      worst.edge = larger_or_nan(worst.edge, most.edge);
     }
   }
   report("5.3", worst.face);

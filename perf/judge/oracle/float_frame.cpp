@@ -2,6 +2,9 @@
 #include "perf/judge/oracle/float_frame.h"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
 
 namespace cab::oracle {
 
@@ -10,9 +13,12 @@ double frame_error(const OracleBox<float>& box) {
   const OracleBox<double> exact = convert<double>(box);
   const Vec3<double> a0 = axis_of(exact, 0), a1 = axis_of(exact, 1), a2 = axis_of(exact, 2);
   const Vec3<double> e = a2 - cross(a0, a1);
-  return std::max({magnitude(dot(a0, a0) - 1) / kSquareLimit, magnitude(dot(a1, a1) - 1) / kSquareLimit,
-                   magnitude(dot(a0, a1)) / kCosineLimit, magnitude(dot(e, a0)) / kCrossLimit,
-                   magnitude(dot(e, a1)) / kCrossLimit, magnitude(dot(e, a2)) / kCrossLengthLimit});
+  const double errors[] = {magnitude(dot(a0, a0) - 1) / kSquareLimit, magnitude(dot(a1, a1) - 1) / kSquareLimit,
+                           magnitude(dot(a0, a1)) / kCosineLimit,     magnitude(dot(e, a0)) / kCrossLimit,
+                           magnitude(dot(e, a1)) / kCrossLimit,       magnitude(dot(e, a2)) / kCrossLengthLimit};
+  for (const double error : errors)
+    if (!std::isfinite(error)) return std::numeric_limits<double>::infinity();
+  return *std::max_element(std::begin(errors), std::end(errors));
 }
 
 void set_frame(const double (&axis)[3][3], OracleBox<float>& box) {

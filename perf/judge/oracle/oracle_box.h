@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <type_traits>
 
 #include "perf/judge/oracle/quad.h"
@@ -78,7 +79,9 @@ double orthonormality_error(const OracleBox<T>& box) {
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = i; j < 3; ++j) {
       const Wide unit = i == j ? 1 : 0;
-      worst = larger(worst, magnitude(dot(axis_of(exact, i), axis_of(exact, j)) - unit));
+      const Wide off = magnitude(dot(axis_of(exact, i), axis_of(exact, j)) - unit);
+      if (!(off <= std::numeric_limits<double>::max())) return std::numeric_limits<double>::infinity();
+      worst = larger(worst, off);
     }
   }
   return static_cast<double>(worst);

@@ -120,6 +120,7 @@ enum class Columns {
   kMerges,     // containment, with the padding of one merge
   kBoxes,      // containment
   kPairs,      // misses and false positives
+  kFrames,     // the same, and what frames of rows find otherwise than those of brute
   kShapes,     // answers of exact tests, and contacts
   kQueries,    // hits of queries
   kQuick,      // hits of queries, and how many pairs of queries and leaves were judged

@@ -4,7 +4,6 @@
 // boxes, frames that only say who is in contact, and every instruction set must answer alike.
 #include <cmath>
 
-#include "layout/error_bounds.h"
 #include "layout/round_leaf.h"
 #include "perf/base/report.h"
 #include "perf/harness/round_rig.h"
@@ -30,6 +29,9 @@ constexpr Real kRounding = 0x1p-54L;
 
 // What float leaves of the depth of a contact, in parts of those lengths.
 constexpr Real kContactRounding = 4e-7L;
+
+// The widest gap of leaves that may be called touching, in parts of those lengths.
+constexpr Real kWidest = 0x1p-40L;
 
 struct RoundWorld {
   oracle::RoundRig rig;  // has the parts to which the world points
@@ -160,7 +162,7 @@ struct JudgedPair {
   Real gap, lengths;
   bool touches() const { return gap < -kRounding * lengths; }
   bool is_apart() const { return gap > kRounding * lengths; }
-  double wide_as() const { return static_cast<double>(gap / (Real{kGapRounding} * lengths)); }
+  double wide_as() const { return static_cast<double>(gap / (kWidest * lengths)); }
 };
 
 // All tested leaf pairs of an instance, by links and then by leaves, as hits are.
@@ -203,6 +205,7 @@ void judge_contact(Task& task, Method method, const RoundWorld& made, std::uint3
                    Real deepest, const Contact& contact) {
   Tally& tally = task.tallies[method];
   ++tally.contacts;
+  if (!std::isfinite(contact.depth)) return report(task, method, made, instance, of, "a depth is not finite");
   const Real margin = made.world.margin;
   Real off = 0;
   for (const Real depth : {-of.gap - margin, deepest - margin}) off = std::max(off, std::fabs(contact.depth - depth));

@@ -28,6 +28,9 @@ constexpr std::size_t kFindingsKept = 10;
 // How often the file of --resume is written while rounds run.
 constexpr double kSaveSeconds = 10;
 
+// The largest figure of a file, since JSON has no infinity.
+constexpr double kMostInJson = 1e300;
+
 // The counts of one part: rows[regime * methods + method], seconds[regime] summed over threads. index: that of the part
 // in verify_parts().
 struct PartSums {
@@ -102,8 +105,9 @@ Sums run_round(const Subject& subject, const VerifyOptions& options, std::uint64
 Json row_json(const std::string& regime, const std::string& method, const Tally& row) {
   Json json = {{"regime", regime}, {"method", method}};
   for (const NamedCount& each : kCounts) json[each.name] = row.*each.count;
-  for (const NamedValue& each : kMaxima) json[each.name] = row.*each.value;
-  for (const NamedValue& each : kWorstMerge) json[each.name] = row.*each.value;
+  const auto finite = [](double value) { return std::clamp(value, -kMostInJson, kMostInJson); };
+  for (const NamedValue& each : kMaxima) json[each.name] = finite(row.*each.value);
+  for (const NamedValue& each : kWorstMerge) json[each.name] = finite(row.*each.value);
   return json;
 }
 
@@ -116,10 +120,11 @@ Tally row_from(const Json& json) {
 }
 
 // The document of both --json and --resume: what defines a run, and all its counts.
-Json to_json(std::uint64_t seed, Isa isa, const Sums& sums) {
-  Json json = {{"version", CAB_VERSION_STRING},   {"seed", seed},
-               {"isa", to_string(isa)},           {"rounds", sums.next_round},
+Json to_json(const VerifyOptions& options, Isa isa, const Sums& sums) {
+  Json json = {{"version", CAB_VERSION_STRING},   {"seed", options.seed},
+               {"isa", to_string(isa)},           {"rounds", options.round ? 1 : sums.next_round},
                {"violations", sums.violations()}, {"findings", sums.findings}};
+  if (options.round) json["round"] = *options.round;
   for (const PartSums& each : sums.parts) {
     const VerifyPart& part = verify_parts()[each.index];
     Json rows = Json::array();
@@ -142,9 +147,10 @@ Sums resume(const VerifyOptions& options, Isa isa) {
     if (json.at("version") != CAB_VERSION_STRING) throw std::runtime_error("was written by another version of cab");
     if (json.at("seed") != options.seed) throw std::runtime_error("was written with another --seed");
     if (json.at("isa") != to_string(isa)) throw std::runtime_error("was written with another --isa");
+    if (json.contains("round")) throw std::runtime_error("has the counts of one --round alone");
     json.at("rounds").get_to(sums.next_round);
     json.at("findings").get_to(sums.findings);
-    const Json expected = to_json(options.seed, isa, sums).at("parts");
+    const Json expected = to_json(options, isa, sums).at("parts");
     const auto is_same = [](const Json& left, const Json& right) { return left.at("part") == right.at("part"); };
     if (!std::equal(expected.begin(), expected.end(), json.at("parts").begin(), json.at("parts").end(), is_same))
       throw std::runtime_error("was written with other parts (--part)");
@@ -241,6 +247,9 @@ std::vector<Column> columns_of(Columns columns) {
               {"unclear", &Tally::unclear},
               kDiffering,
               kViolations};
+    case Columns::kFrames:
+      return {
+          kTouching, {"misses", &Tally::lost}, {"false positives", &Tally::false_positives}, kDiffering, kViolations};
     case Columns::kPairs: break;
   }
   return {kTouching, {"misses", &Tally::violations}, {"false positives", &Tally::false_positives}, kDiffering};
@@ -363,7 +372,7 @@ class Rounds {
     if (!options_.rounds) bar_.advance(seconds - shown_seconds_);
     shown_seconds_ = seconds;
     if (options_.resume_path.empty() || seconds_since(saved_) < kSaveSeconds) return;
-    write_json(options_.resume_path, to_json(options_.seed, subject_.kernels->isa, sums_));
+    write_json(options_.resume_path, to_json(options_, subject_.kernels->isa, sums_));
     saved_ = Clock::now();
   }
 
@@ -399,11 +408,11 @@ int verify(const VerifyOptions& options, const Subject& subject, std::ostream& o
     if (resumes) sums = resume(options, isa);
     if (!options.resume_path.empty()) FileAside{options.resume_path};  // throws now what the first save would throw
     Rounds(options, subject, sums).run(thread_count_of(options));
-    if (!options.resume_path.empty()) write_json(options.resume_path, to_json(options.seed, isa, sums));
+    if (!options.resume_path.empty()) write_json(options.resume_path, to_json(options, isa, sums));
     rounds = sums.next_round;
   }
   print(options.seed, isa, rounds, sums, out);
-  write_json(counts, to_json(options.seed, isa, sums));
+  write_json(counts, to_json(options, isa, sums));
   return sums.violations() == 0 ? 0 : 1;
 }
 

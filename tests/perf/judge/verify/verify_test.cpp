@@ -71,6 +71,15 @@ Verdict verify_broken(const perf::Subject& subject, const Words& parts = {}, std
   return {exit_code, out.str(), counts_in(options.json_path)};
 }
 
+perf::VerifyOptions one_round_of_merges(const std::string& state) {
+  perf::VerifyOptions options;
+  options.rounds = 1;
+  options.parts = {"merges"};
+  options.thread_count = 1;
+  options.resume_path = state;
+  return options;
+}
+
 // The regimes of a part in which a method has violations.
 std::set<std::string> broken_regimes(const Json& part, const std::string& method) {
   std::set<std::string> out;
@@ -153,6 +162,27 @@ Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
   for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
     job.contacts[hit].depth *= 0.999f;
   return status;
+}
+
+Status frame_with_contacts_without_depth(Engine& engine, FrameJob& job) noexcept {
+  const Status status = run_frame(engine, job);
+  for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
+    job.contacts[hit].depth = NAN;
+  return status;
+}
+
+Status rows_with_a_wider_margin(Engine& engine, FrameJob& job) noexcept {
+  const float margin = job.margin;
+  if (job.policies.strategy == Strategy::kRows) job.margin = 2 * margin + 0.1f;
+  const Status status = run_frame(engine, job);
+  job.margin = margin;
+  return status;
+}
+
+// Gives the root an infinite axis.
+void refit_with_an_infinite_axis(const kernel::RefitTile& tile) {
+  genuine().refit_boxes[0][0](tile);
+  tile.nodes[2 * tile.program->steps.size].axis[0][0][0] = HUGE_VALF;
 }
 
 // Depths of so many parts of 100 000.
@@ -426,10 +456,30 @@ TEST_CASE("a state of another seed, version or part, or of something else, is re
   CHECK(old.exit_code == 1);
   CHECK(old.error.find("another version of cab") != std::string::npos);
   CHECK(Json::parse(read_text(state)) == aged);
+  CHECK(spawn(CAB_COMMAND, {"verify", "--round", "1", "--part", "merges", "--json", state}).exit_code == 0);
+  const std::string of_one = read_text(state);
+  CHECK(Json::parse(of_one)["rounds"] == 1);
+  const Outcome alone = again();
+  CHECK(alone.exit_code == 1);
+  CHECK(alone.error.find("has the counts of one --round alone") != std::string::npos);
+  CHECK(read_text(state) == of_one);
   write_text(state, "{\"version\": 1");
   const Outcome broken = again();
   CHECK(broken.exit_code == 1);
   CHECK(broken.error.find("is no file of cab verify") != std::string::npos);
+}
+
+TEST_CASE("a run that found an infinite figure is resumed") {
+  kernel::KernelTable table = genuine();
+  table.refit_boxes[0][0] = refit_with_an_infinite_axis;
+  perf::Subject subject;
+  subject.kernels = &table;
+  const TemporaryFolder folder;
+  const perf::VerifyOptions options = one_round_of_merges(folder / "state.json");
+  std::ostringstream out;
+  CHECK(perf::verify(options, subject, out) == 1);
+  CHECK(perf::verify(options, subject, out) == 1);
+  CHECK(counts_in(options.resume_path)["rounds"] == 2);
 }
 
 TEST_CASE("a state that cannot be written is refused before the first round") {
@@ -442,11 +492,7 @@ TEST_CASE("a state that cannot be written is refused before the first round") {
   perf::Subject subject;
   subject.kernels = &table;
   const TemporaryFolder folder;
-  perf::VerifyOptions options;
-  options.rounds = 1;
-  options.parts = {"merges"};
-  options.thread_count = 1;
-  options.resume_path = folder / "no/state.json";
+  perf::VerifyOptions options = one_round_of_merges(folder / "no/state.json");
   std::ostringstream out;
   const std::string why = "cannot write " + options.resume_path + ": No such file or directory";
   CHECK_THROWS_WITH_AS(perf::verify(options, subject, out), why.c_str(), const std::runtime_error&);
@@ -524,6 +570,17 @@ TEST_CASE("a hit that is lost is found, and is counted as a difference between s
   CHECK(violations_outside(verdict.counts, "frames", "") == 0);
   for (const Json& row : frames["rows"])
     if (row["method"] == "tree, cab, children" && row["violations"] > 0) CHECK(row["differing"] > 0);
+}
+
+TEST_CASE("what rows find beyond brute is a violation") {
+  perf::Subject subject;
+  subject.kernels = &genuine();
+  subject.run_frame = rows_with_a_wider_margin;
+  const Verdict verdict = verify_broken(subject, {"frames"});
+  CHECK(verdict.exit_code == 1);
+  CHECK(verdict.text.find("rows and brute find other links; method rows") != std::string::npos);
+  for (const Json& row : part_of(verdict.counts, "frames")["rows"])
+    CHECK((row["violations"] > 0) == (row["method"].get<std::string>().rfind("rows", 0) == 0));
 }
 
 TEST_CASE("shapes that a kernel calls apart though they touch are found for every two kinds and in every regime") {
@@ -612,6 +669,7 @@ TEST_CASE("hits of balls and capsules that are lost, named wrongly, too many or 
   CHECK(broken_regimes(wide, "in contact").size() > 3);
   CHECK(broken_regimes(wrong(frame_with_another_leaf), "by boxes").size() == 7);
   CHECK(broken_regimes(wrong(frame_with_shallow_contacts), "without boxes").size() > 3);
+  CHECK(broken_regimes(wrong(frame_with_contacts_without_depth), "without boxes").size() == 7);
   CHECK(broken_regimes(wrong(frame_without_contact), "in contact").size() == 7);
 }
 
