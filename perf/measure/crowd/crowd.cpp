@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -189,6 +190,14 @@ std::uint64_t add_in_contact(cab::BitHash& hash, const std::vector<Order>& order
   return count;
 }
 
+// How many hits a frame reported, or characters in contact.
+std::size_t reported(const CrowdSession& session) {
+  std::size_t out = session.hits().size;
+  for (const std::vector<std::uint8_t>& group : session.in_contact())
+    out += std::accumulate(group.begin(), group.end(), std::size_t{0});
+  return out;
+}
+
 // One frame; the time of sweeping from the frame before is part of it.
 FrameStats run_frame_of(const CrowdOptions& options, std::uint32_t frame, FramePoses& poses, CrowdSession& session) {
   const std::vector<scenes::PosedGroup>& posed = poses.at(frame);
@@ -237,7 +246,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
     add_hits(hash, f, hits);
     run.hits_sum += hits_sum(f, hits);
     if (options.in_contact) run.in_contact += add_in_contact(hash, poses.orders(), session.in_contact());
-    hit_counts.push_back(session.hits().size);
+    hit_counts.push_back(reported(session));
     run.hits += session.hits().size;
     run.pairs += pair_count(session.hits());
     bar.advance(1);
@@ -248,7 +257,7 @@ CrowdRun measure(const CrowdOptions& options, const scenes::Crowd& crowd) {
     FrameStats sum;
     for (std::uint32_t f = 0; f < options.frame_count; ++f) {
       add_stats(sum, run_frame_of(options, f, poses, session));
-      if (session.hits().size != hit_counts[f])
+      if (reported(session) != hit_counts[f])
         throw std::runtime_error("frame " + std::to_string(f) + " gave another number of hits when it ran again");
       bar.advance(1);
     }

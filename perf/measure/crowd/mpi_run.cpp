@@ -227,8 +227,10 @@ class Run {
     });
     // From now on the folder says of which run it is.
     if (state[0] == 0) keep();
-    if (frame_ > 0 && frame_ < options_.frame_count && frame_ % options_.checkpoint != 0)
-      share_.cut((frame_ - frame_ % options_.checkpoint) / kCrowdFramesPerSecond);
+    // A finished run has the shares of its last frame, whose sizes are printed.
+    const std::uint32_t next = std::min(frame_, options_.frame_count - 1);
+    if (next % options_.checkpoint != 0 || next < frame_)
+      share_.cut((next - next % options_.checkpoint) / kCrowdFramesPerSecond);
     if (ranks_.rank() == 0 && frame_ > 0)
       std::cerr << "note: " << state_path() << " has " << frame_ << " frames; going on behind them\n";
   }

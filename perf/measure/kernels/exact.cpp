@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
@@ -257,6 +258,9 @@ std::string differences(const ExactWork& work, const kernel::KernelTable& table)
 
 // ------------------------------------------------------------------------------------------------------- contacts
 
+// The depth of a pair for which FCL returns no contact.
+constexpr double kNoContact = std::numeric_limits<double>::quiet_NaN();
+
 // The most pairs of a table whose least depth is judged.
 constexpr std::size_t kJudgedDepths = 256;
 
@@ -303,7 +307,7 @@ std::uint64_t fcl_contacts(const ContactWork& contacts, std::vector<double>& dep
     fcl::collide(contacts.work.side_a.fcl_shapes[pair.a].get(), pair.fcl_a,
                  contacts.work.side_b.fcl_shapes[pair.b].get(), pair.fcl_b, request, result);
     count += result.numContacts() > 0;
-    depths[i] = result.numContacts() > 0 ? result.getContact(0).penetration_depth : 0;
+    depths[i] = result.numContacts() > 0 ? result.getContact(0).penetration_depth : kNoContact;
   }
   return count;
 }
@@ -318,11 +322,17 @@ std::uint64_t cab_contacts(const ContactWork& contacts, const kernel::KernelTabl
   return contacts.list.size();
 }
 
-// The share of depths that are over `above` times the least one, of those that were judged, in per cent.
+// The share of depths that are over `above` times the least one, of the contacts that were judged, in per cent; and how
+// many of these pairs have none.
 std::string share_above(const std::vector<double>& depths, const std::vector<double>& least, double above) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < least.size(); ++i) count += depths[i] > above * least[i];
-  return fixed(100 * static_cast<double>(count) / static_cast<double>(least.size()), 1);
+  std::size_t count = 0, without = 0;
+  for (std::size_t i = 0; i < least.size(); ++i) {
+    without += std::isnan(depths[i]);
+    count += depths[i] > above * least[i];
+  }
+  if (without == least.size()) return "no contact";
+  return fixed(100 * static_cast<double>(count) / static_cast<double>(least.size() - without), 1) +
+         (without > 0 ? ", " + std::to_string(without) + " without contact" : "");
 }
 
 void measure_contacts(const ExactWork& work, const std::string& title,

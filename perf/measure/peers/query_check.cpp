@@ -47,7 +47,9 @@ void add_nearest(const JudgedQuery& judged, bool is_ray, float distance, std::ui
   const bool is_hit = distance < kNoHit;
   const double off = kOffOfPlace * (is_hit ? distance : 0) + 2e-5;
   found.hits += is_hit;
-  if (is_ray && judged.nearest == 0 && distance > off)
+  if (std::isnan(distance))
+    ++(judged.nearest < kNoHit ? found.misses : found.false_hits);
+  else if (is_ray && judged.nearest_most == 0 && distance > off)
     ++found.not_inside;
   else if (judged.nearest_most < kNoHit && distance > judged.nearest_most + off)
     ++found.misses;

@@ -262,10 +262,11 @@ class SurfaceRun {
     }
   }
 
-  // Whether surfaces by cab are neither false nor missed, and its other models that hold the skin miss nothing.
+  // Whether models of cab that hold the skin miss nothing, and the triangles that it names touch. A link that is
+  // reported and false to the judge may be inside another skin.
   bool right() const {
     return std::none_of(rows_.begin(), rows_.end(), [](const SurfaceRow& row) {
-      return row.ours && (row.missed_links > 0 || row.missed_triangles > 0);
+      return row.ours && (row.missed_links > 0 || row.missed_triangles > 0 || row.false_triangles > 0);
     });
   }
 
