@@ -92,14 +92,17 @@ endif()
 
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # g++ 12.2 deletes live stores at -O3 (dead-store elimination). tests/kernels/overlap_test.cpp shows it; the test
-  # passes at -O2, with -fno-tree-dse, under the sanitizers and with clang. So where a Release build asks for -O3,
-  # CMake's default, g++ before 13 compiles at -O2. Kernels need -O3 to unroll their short loops, and have it without
-  # the faulty pass. Any other level is taken as it is.
+  # passes at -O2, with -fno-tree-dse, under the sanitizers and with clang. So where Release, as by default, or
+  # RelWithDebInfo asks for -O3, g++ before 13 compiles at -O2. Kernels need -O3 to unroll their short loops, and have
+  # it without the faulty pass. Any other level is taken as it is.
   set(CAB_AVOID_DSE ON)
-  if(CMAKE_CXX_FLAGS_RELEASE MATCHES "-O3")
-    add_compile_options($<$<CONFIG:Release>:-O2>)
-    list(APPEND CAB_KERNEL_FLAGS $<$<CONFIG:Release>:-O3>)
-  endif()
+  foreach(config Release RelWithDebInfo)
+    string(TOUPPER ${config} upper)
+    if(CMAKE_CXX_FLAGS_${upper} MATCHES "-O3")
+      add_compile_options($<$<CONFIG:${config}>:-O2>)
+      list(APPEND CAB_KERNEL_FLAGS $<$<CONFIG:${config}>:-O3>)
+    endif()
+  endforeach()
   list(APPEND CAB_KERNEL_FLAGS -fno-tree-dse -Wno-maybe-uninitialized)
   # Its vectoriser of straight-line code takes a pair of double(float(x)) for x, so a box is enlarged about a centre
   # other than the one it stores (tests/layout/fit_box_test.cpp). Kernels have no such round trip, and keep the pass.

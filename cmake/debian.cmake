@@ -1,7 +1,7 @@
 # Debian packages, which `cpack` makes in the build folder (./dev packages): libcabN with the shared library, N being
 # the number of the ABI; libcab-dev; cab-tools, if the command is built; python3-cab, if the Python package is built.
 # Configure with CMAKE_INSTALL_PREFIX=/usr, BUILD_SHARED_LIBS and CAB_BUILD_BOTH. DEBFULLNAME and DEBEMAIL of the
-# environment name the maintainer, as for Debian's own tools.
+# environment name the maintainer, if both are set.
 if(NOT (BUILD_SHARED_LIBS AND CAB_BUILD_BOTH AND CAB_INSTALL) OR NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   message(FATAL_ERROR "CAB_DEBIAN needs BUILD_SHARED_LIBS, CAB_BUILD_BOTH, CAB_INSTALL and CMAKE_INSTALL_PREFIX=/usr")
 endif()
@@ -9,7 +9,7 @@ find_program(CAB_GZIP gzip REQUIRED)
 string(REPLACE "-" "~" debian_version "${PROJECT_VERSION}${CAB_VERSION_SUFFIX}") # 1.0.0~rc comes before 1.0.0
 set(library_package libcab${CAB_ABI_VERSION})
 set(maintainer "The cab authors <cab@localhost.localdomain>")
-if(DEFINED ENV{DEBEMAIL})
+if(DEFINED ENV{DEBEMAIL} AND DEFINED ENV{DEBFULLNAME})
   set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
 endif()
 

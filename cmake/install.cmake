@@ -123,13 +123,14 @@ endforeach()
 if(CAB_BUILD_COMMAND)
   install(TARGETS cab_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT cab_tools)
   # The page of `cab view`, if ./dev view has built it.
-  install(FILES ${PROJECT_BINARY_DIR}/../view/cab_view.html DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab
+  install(FILES ${PROJECT_SOURCE_DIR}/build/view/cab_view.html DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab
     COMPONENT cab_tools OPTIONAL)
   # The package behind `cab scan`.
   install(DIRECTORY perf/tools/scan/cab_scan DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/cab/scan COMPONENT cab_tools
     FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
   if(BUILD_SHARED_LIBS)
-    set_target_properties(cab_command PROPERTIES INSTALL_RPATH $ORIGIN/../${CMAKE_INSTALL_LIBDIR})
+    file(RELATIVE_PATH to_library ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(cab_command PROPERTIES INSTALL_RPATH $ORIGIN/${to_library})
   endif()
 endif()
 # Licences of cab and of what is compiled into what is installed. The Debian packages have them in the form that Debian

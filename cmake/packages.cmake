@@ -5,7 +5,7 @@ if(CAB_BUILD_RECORD)
   mark_as_advanced(CAB_FLATC CAB_FLATBUFFERS_INCLUDE)
   if(NOT CAB_FLATC OR (NOT CMAKE_CROSSCOMPILING AND NOT CAB_FLATBUFFERS_INCLUDE))
     message(FATAL_ERROR "flatbuffers is not found: install it (Debian: flatbuffers-compiler libflatbuffers-dev), or "
-      "build without recordings and the command by -D CAB_BUILD_RECORD=OFF -D CAB_BUILD_COMMAND=OFF")
+      "build without what needs it by -D CAB_BUILD_RECORD=OFF -D CAB_BUILD_COMMAND=OFF -D CAB_BUILD_TESTS=OFF")
   endif()
 endif()
 
@@ -44,14 +44,25 @@ if(CMAKE_CROSSCOMPILING AND NOT (TARGET xsimd AND TARGET Eigen3::Eigen))
   return()
 endif()
 
-# What the library cannot do without. A project that cab is a part of may have the targets already.
+# What the library cannot do without. A project that cab is a part of may have the targets already. Later major
+# versions, which the packages' own rules refuse, are looked for without a version.
 function(cab_find_required package version target debian)
   if(TARGET ${target})
     return()
   endif()
+  set(given "${${package}_DIR}")
   find_package(${package} ${version} QUIET)
   if(NOT ${package}_FOUND)
+    if(given)
+      set(${package}_DIR ${given} CACHE PATH "" FORCE) # find_package has replaced it
+    endif()
+    find_package(${package} QUIET)
+  endif()
+  if(NOT ${package}_FOUND)
     message(FATAL_ERROR "cab needs ${package} ${version} or newer, which is not found: install it (Debian: ${debian})")
+  elseif(${package}_VERSION VERSION_LESS version)
+    message(FATAL_ERROR
+      "cab needs ${package} ${version} or newer, and ${${package}_DIR} has ${${package}_VERSION} (Debian: ${debian})")
   endif()
 endfunction()
 cab_find_required(xsimd 8.1 xsimd libxsimd-dev)

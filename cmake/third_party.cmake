@@ -126,7 +126,7 @@ function(cab_third_party_words variable)
     list(APPEND words scenes)
   endif()
   # The page of `cab view`, if ./dev view has built it.
-  if("tools" IN_LIST ARGN AND EXISTS ${PROJECT_BINARY_DIR}/../view/cab_view.html)
+  if("tools" IN_LIST ARGN AND EXISTS ${PROJECT_SOURCE_DIR}/build/view/cab_view.html)
     list(APPEND words page wasm)
   endif()
   set(${variable} ${words} PARENT_SCOPE)

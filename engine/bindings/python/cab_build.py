@@ -50,6 +50,15 @@ def read_version() -> str:
     return ".".join(numbers) + (f"rc{stage.group(1) or 0}" if stage else "")
 
 
+class UnsupportedOperation(Exception):
+    """What a backend raises that has no source distributions (PEP 517)."""
+
+
+def build_sdist(sdist_directory: str, config_settings: object = None) -> str:
+    """There is no source distribution: the package is built in a checkout, by `pip install .` or `pip wheel .`."""
+    raise UnsupportedOperation("cab has no source distribution: in a checkout, `pip wheel .` makes a wheel")
+
+
 VERSION = read_version()
 (ROOT / "build").mkdir(exist_ok=True)  # for setuptools' own files
 
@@ -71,16 +80,16 @@ class BuildWithCMake(build_py):
 
     def configure(self, folder: pathlib.Path) -> None:
         """Configures CMake. What CMAKE_ARGS says comes last, so it overrules."""
+        (folder / "CMakeCache.txt").unlink(missing_ok=True)  # what CMAKE_ARGS said for an earlier build does not stay
         arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DCAB_BUILD_PYTHON=ON", f"-DPython_EXECUTABLE={sys.executable}"]
-        # Said each time, so that what CMAKE_ARGS said for an earlier build does not stay.
-        arguments += ["-DCAB_BUILD_COMMAND=OFF", "-DCAB_PYTHON_FILES=ON"]
+        arguments += ["-DBUILD_SHARED_LIBS=OFF", "-DCAB_BUILD_COMMAND=OFF", "-DCAB_BUILD_TESTS=OFF"]
+        arguments += ["-DCAB_PYTHON_FILES=ON"]
         if importlib.util.find_spec("pybind11"):  # pip's own, which CMake does not find; Debian's has no module
             arguments.append(f"-Dpybind11_DIR={importlib.import_module('pybind11').get_cmake_dir()}")
-        if not (folder / "CMakeCache.txt").exists():
-            arguments += ["-DCAB_BUILD_TESTS=OFF"]
-            if shutil.which("ninja"):
-                arguments += ["-G", "Ninja"]
-        arguments += shlex.split(os.environ.get("CMAKE_ARGS", ""))
+        given = shlex.split(os.environ.get("CMAKE_ARGS", ""))
+        if shutil.which("ninja") and not any(word.startswith("-G") for word in given):
+            arguments += ["-G", "Ninja"]
+        arguments += given
         self.call("cmake", "-S", str(ROOT), "-B", str(folder), *arguments)
 
     def call(self, *command: str) -> None:

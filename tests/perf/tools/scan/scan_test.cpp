@@ -49,7 +49,7 @@ TEST_CASE("cab scan finds the Python module that was installed with its command"
   const TemporaryFolder folder;
   const std::filesystem::path root = folder / "";
   CHECK(perf::find_installed_module(root / "usr/bin/cab").empty());
-  const std::filesystem::path modules = root / "usr/lib/python3/dist-packages";
+  const std::filesystem::path modules = root / "usr" / CAB_PYTHON_DIR;
   std::filesystem::create_directories(modules / "cab");
   write_text((modules / "cab/__init__.py").string(), "");
   CHECK(perf::find_installed_module(root / "usr/bin/cab") == modules);
