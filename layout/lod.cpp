@@ -138,7 +138,12 @@ struct Reached {
 class GroupReach {
  public:
   GroupReach(const Articulation& fine, const std::vector<JointPlace>& joints, const Group& group)
-      : fine_(fine), joints_(joints), group_(group), place_(fine.link_count, kNone), children_(group.links.size()) {
+      : fine_(fine),
+        joints_(joints),
+        group_(group),
+        place_(fine.link_count, kNone),
+        children_(group.links.size()),
+        known_(2 * group.links.size(), -1) {
     for (std::uint32_t i = 0; i < group.links.size(); ++i) {
       place_[group.links[i]] = i;
       const std::int32_t parent = fine.link_parent[group.links[i]];
@@ -147,7 +152,7 @@ class GroupReach {
     }
   }
 
-  Reached from(std::uint32_t link) const {
+  Reached from(std::uint32_t link) {
     Reached out;
     const std::uint32_t at = place_[link];
     for (std::size_t i = 0; group_.stands_for[at] && i < leaves_of(fine_, link).size; ++i)
@@ -180,7 +185,13 @@ class GroupReach {
   }
 
   // How far from its joint with `from` a link, and all links behind it, can reach.
-  double reach(std::uint32_t link, std::uint32_t from) const {
+  double reach(std::uint32_t link, std::uint32_t from) {
+    double& known = known_[2 * place_[std::max(link, from)] + (link < from)];
+    if (known < 0) known = find_reach(link, from);
+    return known;
+  }
+
+  double find_reach(std::uint32_t link, std::uint32_t from) {
     const Seen joint = joint_between(from, link, link);
     double out = 0;
     for (std::size_t i = 0; group_.stands_for[place_[link]] && i < leaves_of(fine_, link).size; ++i) {
@@ -208,6 +219,7 @@ class GroupReach {
   const Group& group_;
   std::vector<std::uint32_t> place_;                  // by link: its entry in the group, or kNone
   std::vector<std::vector<std::uint32_t>> children_;  // by entry
+  std::vector<double> known_;  // by entry: the reach of its link from its parent, and of its parent from it; or -1
 };
 
 // The box with the given axes about all that is reached.
@@ -252,7 +264,7 @@ struct LinkBox {
 // The box of least area for a group, on any of its links: along that link's axes, or along those of its first leaf.
 LinkBox smallest_box(const Articulation& fine, const std::vector<JointPlace>& joints, const Group& group) {
   constexpr float kOwnAxes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  const GroupReach reach(fine, joints, group);
+  GroupReach reach(fine, joints, group);
   LinkBox best;
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t link : group.links) {

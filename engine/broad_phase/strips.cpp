@@ -77,7 +77,7 @@ void make_classes(const Rows& rows, float least, float most, std::uint32_t first
   });
   if (count == 0) return;  // extents are those of kept rows
   std::uint32_t median = 0;
-  for (std::uint32_t below = counts[0]; below * 2 < count; below += counts[++median]) {}
+  for (std::uint32_t below = counts[0]; below < count - below; below += counts[++median]) {}
   std::uint32_t limit = std::min(median + 2, 254u);
   for (out.count = first;; limit = std::min(limit + 2, 254u)) {
     const std::uint32_t bits = (limit + 1) << 23;  // the power of two above all extents of that exponent
@@ -171,9 +171,13 @@ void clear(kernel::CrowdSurvey& survey) {
   }
 }
 
-// Sorts keys. Those of rows in the last frame's order are nearly sorted.
+// Up to so many moves per key, inserting is as fast as std::sort.
+constexpr std::size_t kMostMoves = 16;
+
+// Sorts keys. Those of one batch in the last frame's order are nearly sorted; those of several are as many runs, in
+// which few keys are lower than the one before, and many have far to go.
 void sort_keys(std::uint64_t* begin, std::uint64_t* end) {
-  std::size_t falls = 0;
+  std::size_t falls = 0, moves = 0;
   for (std::uint64_t* at = begin; at + 1 < end; ++at) falls += at[1] < at[0];
   if (falls * 8 > static_cast<std::size_t>(end - begin) + 64) return std::sort(begin, end);
   for (std::uint64_t* at = begin + 1; at < end; ++at) {
@@ -181,6 +185,8 @@ void sort_keys(std::uint64_t* begin, std::uint64_t* end) {
     std::uint64_t* to = at;
     for (; to > begin && to[-1] > one; --to) *to = to[-1];
     *to = one;
+    moves += static_cast<std::size_t>(at - to);
+    if (moves > kMostMoves * static_cast<std::size_t>(end - begin)) return std::sort(begin, end);
   }
 }
 

@@ -25,14 +25,20 @@ struct Cube {
   double half_lo[3];
   double half_width = 0;
 
+  // Half of a bound, which may be infinite about a finite place.
+  static double half(double bound) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    return 0.5 * std::clamp(bound, -kMost, kMost);
+  }
+
   explicit Cube(const InstanceBatch& batch) {
     double hi[3];
     for (int c = 0; c < 3; ++c) half_lo[c] = std::numeric_limits<double>::infinity(), hi[c] = -half_lo[c];
     for (std::uint32_t i = 0; i < batch.instance_count; ++i)
       if (is_live(batch, i))
         for (int c = 0; c < 3; ++c) {
-          half_lo[c] = std::min(half_lo[c], 0.5 * batch.bounds[i].lo[c]);
-          hi[c] = std::max(hi[c], 0.5 * batch.bounds[i].lo[c]);
+          half_lo[c] = std::min(half_lo[c], half(batch.bounds[i].lo[c]));
+          hi[c] = std::max(hi[c], half(batch.bounds[i].lo[c]));
         }
     for (int c = 0; c < 3; ++c) half_width = std::max(half_width, hi[c] - half_lo[c]);
   }
@@ -43,7 +49,7 @@ struct Cube {
     std::uint64_t key = 0;
     for (int c = 0; c < 3; ++c) {
       constexpr double kCells = std::uint64_t{1} << kBitsPerAxis;
-      const double at = (0.5 * point[c] - half_lo[c]) / half_width * kCells;
+      const double at = (half(point[c]) - half_lo[c]) / half_width * kCells;
       key |= spread_bits(static_cast<std::uint64_t>(std::min(at, kCells - 1))) << c;
     }
     return key;

@@ -222,7 +222,7 @@ Status compute_boxes(Engine& engine, const BatchInput& input, const Policies& po
   InstanceBatch& batch = call.batch(input.batch);
   batch.margins = {};
   const std::size_t nodes = batch.articulation->node_count;
-  if (!boxes.data || boxes.size < nodes * batch.instance_count) return Status::kBadOutput;
+  if (!boxes.data || boxes.size < std::uint64_t{nodes} * batch.instance_count) return Status::kBadOutput;
   Worker& worker = (*call.reader().pool)[0];
   PoseScratch& posing = worker.pose;
   const FrameContext frame = call.context(policies, 0);

@@ -18,8 +18,8 @@ Status compute_link_poses(const KinematicsDesc& desc, Span<const double> states,
     if (!kernels) return Status::kIsaNotAvailable;
     if (const Status status = validate_kinematics(desc); status != Status::kOk) return status;
     const std::size_t floats = 7 * desc.link_parents.size, count = poses.size / floats;
-    if (poses.size % floats != 0 || states.size != count * desc.variable_count || (poses.size && !poses.data) ||
-        (states.size && !states.data))
+    if (poses.size % floats != 0 || states.size != std::uint64_t{count} * desc.variable_count ||
+        (poses.size && !poses.data) || (states.size && !states.data))
       return Status::kBadOutput;
     const kernel::FloatMode mode;
     Arena arena(default_allocator());

@@ -289,8 +289,8 @@ enum {
   CAB_EXTENTS_LEAVES = 1,    // an inner box is as large as the leaf boxes below it need
 };
 
-// How overlapping leaf pairs are found. For characters, CAB_STRATEGY_LINKS becomes CAB_STRATEGY_ROWS in two cases: no
-// character of the frame has several leaves on a link, or the refit makes axis-aligned boxes.
+// How overlapping leaf pairs are found. For characters, CAB_STRATEGY_LINKS becomes CAB_STRATEGY_ROWS where the refit
+// makes axis-aligned boxes, and in batches whose articulation has a skin, or no link with several leaves.
 typedef uint8_t cab_Strategy;
 enum {
   CAB_STRATEGY_TREE = 0,   // simultaneous descent of two hierarchies
@@ -491,8 +491,8 @@ enum {
 #define CAB_MAX_WORKERS 1024u
 
 // The largest magnitude of a coordinate or half extent, relative to the instance's origin, in the caller's unit. An
-// instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
-// overflow float.
+// instance whose pose, or whose box with padding and margin, exceeds it is masked like one whose pose is not finite:
+// products of the overlap test would overflow float.
 #define CAB_MAX_COORDINATE 1e18f
 
 // The least and the largest scale of an instance or of a link.
@@ -989,10 +989,11 @@ typedef struct cab_BatchInput {
   // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
   // first frame with `moved`, after a frame that did not answer CAB_STATUS_OK or had other rules, policies, margin,
-  // min_depth or report, and after cab_find_candidates, cab_add_batch, reserve and cab_remove_batch; those of a batch
-  // do where `orientations` become empty or cease to be; an instance does that was not in its batch's last frame, by
-  // `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and
-  // may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default): all have moved.
+  // min_depth, containment or report, and after cab_find_candidates, cab_add_batch, cab_add_static_batch, reserve and
+  // cab_remove_batch; those of a batch do where `orientations` become empty or cease to be; an instance does that was
+  // not in its batch's last frame, by `count` or `instances`, or was masked there. A build without NDEBUG compares what
+  // rests with the last frame, and may answer CAB_STATUS_MOVED_AT_REST. Characters only. Empty (default): all have
+  // moved.
   cab_ConstUint8Span moved;
 
   // What the poses are made of. Sequences only. Default: the poses are the caller's.
@@ -1702,7 +1703,8 @@ CAB_API cab_Status cab_compute_link_poses(const cab_KinematicsDesc* desc, cab_Co
 // has the links of its articulation, so its batches take the same poses; a level of boxes on links reads only those of
 // links that carry a box, and of joints between them, and an instance is masked for what is wrong with these alone. It
 // works with all policies; a level of nodes without exact tests, contacts and cab_find_touching_moments.
-// Cost: as cab_add_articulation, and with CAB_LOD_KIND_REACH up to 0.3 s for 1024 links.
+// Cost: as cab_add_articulation, and with CAB_LOD_KIND_REACH up to 0.1 s for 1024 links; some seconds if most of them
+// have one parent and hundreds of leaves are asked for.
 // Statuses: CAB_STATUS_BUSY, CAB_STATUS_BAD_OUTPUT (out is null), CAB_STATUS_UNKNOWN_ARTICULATION, CAB_STATUS_BAD_LOD
 // (also for a link with leaves in no leaf of the level or in two, for two leaves on one link, and for a leaf whose
 // links are not in its link's tree), CAB_STATUS_BAD_REST_POSE, CAB_STATUS_TOO_FEW_LEAVES, CAB_STATUS_TOO_MANY_LEAVES,

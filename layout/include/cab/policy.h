@@ -32,8 +32,8 @@ enum class Extents : std::uint8_t {
   kLeaves,    // an inner box is as large as the leaf boxes below it need
 };
 
-// How overlapping leaf pairs are found. For characters, kLinks becomes kRows in two cases: no character of the frame
-// has several leaves on a link, or the refit makes axis-aligned boxes.
+// How overlapping leaf pairs are found. For characters, kLinks becomes kRows where the refit makes axis-aligned boxes,
+// and in batches whose articulation has a skin, or no link with several leaves.
 enum class Strategy : std::uint8_t {
   kTree,   // simultaneous descent of two hierarchies
   kRows,   // each leaf's bounds against all leaf bounds of the other, then boxes; sequences: as brute

@@ -141,8 +141,8 @@ inline constexpr std::uint32_t kMaxBatches = 4096;
 inline constexpr std::uint32_t kMaxWorkers = 1024;
 
 // The largest magnitude of a coordinate or half extent, relative to the instance's origin, in the caller's unit. An
-// instance whose pose exceeds it is masked like one whose pose is not finite: products of the overlap test would
-// overflow float.
+// instance whose pose, or whose box with padding and margin, exceeds it is masked like one whose pose is not finite:
+// products of the overlap test would overflow float.
 inline constexpr float kMaxCoordinate = 1e18f;
 
 // The least and the largest scale of an instance or of a link.
@@ -622,11 +622,11 @@ struct BatchInput {
   // One byte per instance. 0 states that the instance rests: its pose, origin, orientation, scale, margin, layers and
   // layer mask are those of this batch's last frame. Then it is neither posed for its bounds nor put into strips
   // again, and hits of two that rest are kept. Any other value states nothing. All instances count as moved in the
-  // first frame with `moved`, after a frame that did not answer kOk or had other rules, policies, margin, min_depth or
-  // report, and after find_candidates, add_batch, reserve and remove_batch; those of a batch do where `orientations`
-  // become empty or cease to be; an instance does that was not in its batch's last frame, by `count` or `instances`, or
-  // was masked there. A build without NDEBUG compares what rests with the last frame, and may answer kMovedAtRest.
-  // Characters only. Empty (default): all have moved.
+  // first frame with `moved`, after a frame that did not answer kOk or had other rules, policies, margin, min_depth,
+  // containment or report, and after find_candidates, add_batch, add_static_batch, reserve and remove_batch; those of a
+  // batch do where `orientations` become empty or cease to be; an instance does that was not in its batch's last frame,
+  // by `count` or `instances`, or was masked there. A build without NDEBUG compares what rests with the last frame, and
+  // may answer kMovedAtRest. Characters only. Empty (default): all have moved.
   Span<const std::uint8_t> moved;
 
   // What the poses are made of. Sequences only. Default: the poses are the caller's.

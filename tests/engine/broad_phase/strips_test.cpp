@@ -135,24 +135,28 @@ TEST_CASE("the broad phase rejects no pair that the leaf test accepts: character
 }
 
 TEST_CASE("in a long line each character is paired only with its neighbours, once each") {
-  World world = two_cubes({}, 0, BatchKind::kCharacters);
-  world.members.pop_back();
-  Poses& poses = world.members[0].poses;
-  const std::uint32_t n = 500;
-  poses.instance_count = n;
-  poses.origins.clear();
-  poses.data.clear();
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t place = i * 7 % n;  // shuffled
-    poses.origins.insert(poses.origins.end(), {0.9 * place, 0, 0});
-    poses.data.insert(poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
-  }
-  world.rules = {{{1}, {1}, Pairing::kBetween}};
-  const Outcome outcome = run_world(world);
-  CHECK(outcome.hits.size() == n - 1);
-  for (const Hit& hit : outcome.hits) {
-    const int a = static_cast<int>(hit.instance_a * 7 % n), b = static_cast<int>(hit.instance_b * 7 % n);
-    CHECK(std::abs(a - b) == 1);
+  // Shuffled, in order, and in two and five runs, each of which begins below the end of the one before.
+  constexpr std::uint32_t n = 1000;
+  const auto shuffled = [](std::uint32_t i) { return i * 617 % n; };
+  const auto in_order = [](std::uint32_t i) { return i; };
+  const auto in_two_runs = [](std::uint32_t i) { return (i + n / 2) % n; };
+  const auto in_five_runs = [](std::uint32_t i) { return i % (n / 5) * 5 + i / (n / 5); };
+  for (std::uint32_t (*const place)(std::uint32_t) : {+shuffled, +in_order, +in_two_runs, +in_five_runs}) {
+    World world = two_cubes({}, 0, BatchKind::kCharacters);
+    world.members.pop_back();
+    Poses& poses = world.members[0].poses;
+    poses.instance_count = n;
+    poses.origins.clear();
+    poses.data.clear();
+    for (std::uint32_t i = 0; i < n; ++i) {
+      poses.origins.insert(poses.origins.end(), {0.9 * place(i), 0, 0});
+      poses.data.insert(poses.data.end(), {0, 0, 0, 1, 0, 0, 0});
+    }
+    world.rules = {{{1}, {1}, Pairing::kBetween}};
+    const Outcome outcome = run_world(world);
+    CHECK(outcome.hits.size() == n - 1);
+    for (const Hit& hit : outcome.hits)
+      CHECK(std::abs(static_cast<int>(place(hit.instance_a)) - static_cast<int>(place(hit.instance_b))) == 1);
   }
 }
 

@@ -120,6 +120,8 @@ TEST_CASE("worlds as wide as doubles reach, points in one place and a single cha
   const double far = 1e300;
   std::vector<Place> wide = {{{far, 0, 0}}, {{-far, far, 0}}, {{0, 0, -far}}, {{0, 0, 0}}};
   CHECK(is_permutation_of_all(order_after_frame(cubes_about(wide))));
+  const double farthest = std::numeric_limits<double>::max();  // the lower bound of a cube there is infinite
+  CHECK(order_after_frame(cubes_about({{{5, 5, 5}}, {{1, 1, 1}}, {{-farthest, 0, 0}}})) == Order{2, 0, 1});
   CHECK(order_after_frame(cubes_about(std::vector<Place>(40, Place{{7, 7, 7}}))) == ascending(40));
   CHECK(order_after_frame(cubes_about({{{3, 4, 5}}})) == ascending(1));
 }
