@@ -12,7 +12,7 @@
 #define CAB_VERSION_MAJOR 1
 #define CAB_VERSION_MINOR 0
 #define CAB_VERSION_PATCH 0
-#define CAB_VERSION_SUFFIX "-rc"
+#define CAB_VERSION_SUFFIX ""
 
 // The version as text: "MAJOR.MINOR.PATCH", and "-rc" before the release of that version. The two other macros serve
 // this one.
