@@ -157,9 +157,7 @@ struct Row {
   QueryDifferences judged = {};
 
   double core_share() const { return median(tick) * plan.rate; }
-  bool is_right() const {
-    return differing + judged.misses + judged.false_hits + judged.inexact + judged.not_inside == 0;
-  }
+  bool is_right() const { return differing == 0 && judged.is_ours_right(); }
 };
 
 // Whether two hits of one query are the same bit by bit.

@@ -440,11 +440,6 @@ Run measure(const std::string& scene, std::uint32_t count, const PeersOptions& o
 
 // ------------------------------------------------------------------------------------------------------- the output
 
-bool is_right(const QueryDifferences& d) { return d.misses == 0 && d.false_hits == 0 && d.inexact == 0; }
-
-// cab says of a ray that begins in a leaf that it does.
-bool is_ours_right(const QueryDifferences& d) { return is_right(d) && d.not_inside == 0; }
-
 std::string micrometres(double metres) { return fixed(1e6 * metres, 1); }
 
 void print_verification(const PeersOptions& options, const std::vector<Contestant>& contestants) {
@@ -473,7 +468,7 @@ std::size_t best_peer(const Run& run, const std::vector<Contestant>& contestants
   for (std::size_t c = 0; c < contestants.size(); ++c) {
     const Contestant& which = contestants[c];
     if (which.kind != kind || which.ours || which.candidates || (alone && !which.alone)) continue;
-    if (!is_right(which.small) || !is_right(run.rows[c].judged)) continue;
+    if (!which.small.is_right() || !run.rows[c].judged.is_right()) continue;
     if (best == contestants.size() || median(run.rows[c].total) < median(run.rows[best].total)) best = c;
   }
   return best;
@@ -580,7 +575,7 @@ int queries_command(const PeersOptions& options) {
     row["hits"] = contestant.small.hits;
     add_counts(row, contestant.small);
     results.verification.push_back(row);
-    results.right = results.right && (!contestant.ours || is_ours_right(contestant.small));
+    results.right = results.right && (!contestant.ours || contestant.small.is_ours_right());
   }
   const std::vector<std::uint32_t> counts =
       options.character_counts.empty() ? std::vector<std::uint32_t>{kDefaultCharacters} : options.character_counts;
@@ -591,7 +586,7 @@ int queries_command(const PeersOptions& options) {
       std::cout.flush();
       for (std::size_t c = 0; c < contestants.size(); ++c) {
         results.rows.push_back(row_json(run, contestants, c));
-        results.right = results.right && (!contestants[c].ours || is_ours_right(run.rows[c].judged));
+        results.right = results.right && (!contestants[c].ours || run.rows[c].judged.is_ours_right());
       }
       for (const QueryKind kind : kKinds)
         for (const bool alone : {true, false})

@@ -43,6 +43,10 @@ struct QueryDifferences {
   std::uint64_t threshold = 0;   // differs, where float cannot decide
   std::uint64_t not_inside = 0;  // rays that begin in a leaf, and do not say so
   double largest_error = 0;      // of the distances that are none of these but inexact, in metres
+
+  bool is_right() const { return misses == 0 && false_hits == 0 && inexact == 0; }
+  // cab also says of a ray that begins in a leaf that it does.
+  bool is_ours_right() const { return is_right() && not_inside == 0; }
 };
 
 // Adds the answer to query `index`. Overlaps must be sorted.

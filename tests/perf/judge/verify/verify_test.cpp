@@ -157,18 +157,19 @@ kernel::ConvexAnswer shapes_apart_in_lane_3(const kernel::ConvexBlock& block) {
 kernel::ConvexAnswer all_apart(const kernel::ConvexBlock&, std::uint32_t) { return {1, 0}; }
 kernel::ConvexAnswer none_decided(const kernel::ConvexBlock&, std::uint32_t) { return {0, 0}; }
 
-Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
+Status frame_with_depths_times(float factor, Engine& engine, FrameJob& job) noexcept {
   const Status status = run_frame(engine, job);
   for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
-    job.contacts[hit].depth *= 0.999f;
+    job.contacts[hit].depth *= factor;
   return status;
 }
 
+Status frame_with_shallow_contacts(Engine& engine, FrameJob& job) noexcept {
+  return frame_with_depths_times(0.999f, engine, job);
+}
+
 Status frame_with_contacts_without_depth(Engine& engine, FrameJob& job) noexcept {
-  const Status status = run_frame(engine, job);
-  for (std::size_t hit = 0; status == Status::kOk && hit < std::min(job.hit_count, job.contacts.size); ++hit)
-    job.contacts[hit].depth = NAN;
-  return status;
+  return frame_with_depths_times(NAN, engine, job);
 }
 
 Status rows_with_a_wider_margin(Engine& engine, FrameJob& job) noexcept {
